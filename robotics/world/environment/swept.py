@@ -21,7 +21,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from fuzzy.compiled.columns import Bools1, Columns, Floats2, Floats3, Floats4, Ints1, Ints2, Ints3, codes, column
-from fuzzy.compiled.jit import compiled_only, kernel
+from fuzzy.compiled.jit import compiled_only, kernel, without_refcounts
 from robotics.world.environment.collision import corner_gap, footprints, segment_gap, segment_meets
 from robotics.world.environment.world import BodyColumns, Geometry, Moving, place
 from robotics.world.vehicle.robot import Robot
@@ -235,7 +235,7 @@ def pose_between(period: float, before: np.ndarray, after: np.ndarray, share: fl
 # Sizes are columns of footprints(); coordinates are in the rectangle's frame unless stated otherwise.
 
 
-@kernel
+@without_refcounts
 def rectangle_clearance(dx, dy, heading, other, size, other_size):  # type: ignore[no-untyped-def]
     """The signed clearance [m] of two rectangles; the arguments are as of collision.rectangles_meet."""
     c, s = np.cos(heading), np.sin(heading)
@@ -256,7 +256,7 @@ def rectangle_clearance(dx, dy, heading, other, size, other_size):  # type: igno
     return corner_gap(dx, dy, c, s, cc, ss, size, other_size)
 
 
-@kernel
+@without_refcounts
 def point_clearance(x, y, size):  # type: ignore[no-untyped-def]
     """The signed distance [m] of the point (``x``, ``y``) [m] from a rectangle, < 0 inside."""
     over, beside = abs(x) - size[0], abs(y) - size[1]
@@ -266,7 +266,7 @@ def point_clearance(x, y, size):  # type: ignore[no-untyped-def]
     return np.sqrt(over * over + beside * beside)
 
 
-@kernel
+@without_refcounts
 def segment_depth(ax, ay, bx, by, size):  # type: ignore[no-untyped-def]
     """How far [m] a rectangle must be moved to come free of a segment that it meets, by separating axes."""
     mx, my, ex, ey = (ax + bx) / 2, (ay + by) / 2, abs(bx - ax) / 2, abs(by - ay) / 2
@@ -275,7 +275,7 @@ def segment_depth(ax, ay, bx, by, size):  # type: ignore[no-untyped-def]
     return min(normal, min(size[0] + ex - abs(mx), size[1] + ey - abs(my)))
 
 
-@kernel
+@without_refcounts
 def body_clearance(corners, closed, size):  # type: ignore[no-untyped-def]
     """The signed clearance [m] of a rectangle to a polygon or a wall, whose sides are ``corners`` (sides, 4) [m].
 
@@ -310,7 +310,7 @@ def body_clearance(corners, closed, size):  # type: ignore[no-untyped-def]
     return -depth
 
 
-@kernel
+@without_refcounts
 def _convex(corners):  # type: ignore[no-untyped-def]
     """Whether a polygon, counter-clockwise, is convex."""
     sides = corners.shape[0]
@@ -323,7 +323,7 @@ def _convex(corners):  # type: ignore[no-untyped-def]
     return True
 
 
-@kernel
+@without_refcounts
 def _convex_depth(corners, size):  # type: ignore[no-untyped-def]
     """How far [m] a rectangle must be moved to come free of a convex polygon, counter-clockwise, that it overlaps."""
     depth = np.inf
@@ -339,7 +339,7 @@ def _convex_depth(corners, size):  # type: ignore[no-untyped-def]
     return max(min(depth, min(high_y + size[1], size[1] - low_y)), 0.0)
 
 
-@kernel
+@without_refcounts
 def _depth_inside(x, y, corners):  # type: ignore[no-untyped-def]
     """The distance [m] of a point from the sides of a polygon, < 0 outside of it."""
     least, inside = np.inf, False
@@ -356,7 +356,7 @@ def _depth_inside(x, y, corners):  # type: ignore[no-untyped-def]
 # Between two samples -----------------------------------------------------------------------------------------------
 
 
-@kernel
+@without_refcounts
 def _motion(before, after, period, motion):  # type: ignore[no-untyped-def]
     """Fill in the coefficients (3, 4) of x, y and heading as polynomials of the share of the period.
 
@@ -380,17 +380,17 @@ def _motion(before, after, period, motion):  # type: ignore[no-untyped-def]
     _hermite(before[2], turned, aw, bw, motion[2])
 
 
-@kernel
+@without_refcounts
 def _hermite(start, chord, first, last, row):  # type: ignore[no-untyped-def]
     row[0], row[1], row[2], row[3] = start, first, 3 * chord - 2 * first - last, first + last - 2 * chord
 
 
-@kernel
+@without_refcounts
 def _on(row, share):  # type: ignore[no-untyped-def]
     return row[0] + share * (row[1] + share * (row[2] + share * row[3]))
 
 
-@kernel
+@without_refcounts
 def _fastest(p, q):  # type: ignore[no-untyped-def]
     """The most |(p', q')| of two cubics on [0, 1]: that of the control points of the derivative's Bézier form."""
     first = p[1] * p[1] + q[1] * q[1]
@@ -399,14 +399,14 @@ def _fastest(p, q):  # type: ignore[no-untyped-def]
     return np.sqrt(max(first, max(middle, last)))
 
 
-@kernel
+@without_refcounts
 def _sharpest(p, q):  # type: ignore[no-untyped-def]
     """The most |(p'', q'')| of two cubics on [0, 1]: that at one of the ends."""
     first = p[2] * p[2] + q[2] * q[2]
     return 2 * np.sqrt(max(first, (p[2] + 3 * p[3]) ** 2 + (q[2] + 3 * q[3]) ** 2))
 
 
-@kernel
+@without_refcounts
 def lower_bound(first, last, share, speed, bend):  # type: ignore[no-untyped-def]
     """A lower bound [m] of the signed clearance over an interval.
 
@@ -428,7 +428,7 @@ def lower_bound(first, last, share, speed, bend):  # type: ignore[no-untyped-def
     return max(low, first - (drop - rise) ** 2 / (4 * drop))
 
 
-@kernel
+@without_refcounts
 def _clearance_at(share, i, j, obstacle, motion, sizes, world, at):  # type: ignore[no-untyped-def]
     """The signed clearance of a pair at the ``share`` of the period: robots i and j, or robot i and an obstacle.
 
@@ -463,7 +463,7 @@ def _clearance_at(share, i, j, obstacle, motion, sizes, world, at):  # type: ign
     return least
 
 
-@kernel
+@without_refcounts
 def _search(first, last, level, pair, bounds, motion, sizes, world, at, stack):  # type: ignore[no-untyped-def]
     """The least clearance of a pair between two samples, and at which share; no search for what is above ``level``."""
     i, j, obstacle = pair
@@ -493,7 +493,7 @@ def _search(first, last, level, pair, bounds, motion, sizes, world, at, stack): 
     return best, place
 
 
-@kernel
+@without_refcounts
 def _crossing(out, into, pair, motion, sizes, world, at):  # type: ignore[no-untyped-def]
     """The share at which a contact begins or ends between a share ``out`` of contact and one in it; it is in it."""
     i, j, obstacle = pair
@@ -650,7 +650,7 @@ def _gone(log, length, r, who, known, pair, time):  # type: ignore[no-untyped-de
     return log, length
 
 
-@kernel
+@without_refcounts
 def _level(least, r, pair, known):  # type: ignore[no-untyped-def]
     """The clearance [m] below which a pair is looked at: where it touches, what is deeper than before."""
     return max(least, 0.0) if np.isnan(known.since[r, pair]) else -known.depth[r, pair]
@@ -665,7 +665,7 @@ def _circles_apart(poses, r, i, j, k, way):  # type: ignore[no-untyped-def]
     return (start + end - way) / 2 if np.isfinite(start) else end
 
 
-@kernel
+@without_refcounts
 def _make_ready(i, poses, appears, period, sizes, motion, turn, bend, ready):  # type: ignore[no-untyped-def]
     """Fill in how robot ``i`` moves between two ``poses`` (5, 2), or that it stays where it ``appears``.
 
@@ -685,7 +685,7 @@ def _make_ready(i, poses, appears, period, sizes, motion, turn, bend, ready):  #
         ready[i] = True
 
 
-@kernel
+@without_refcounts
 def _displacement(obstacle, world, at):  # type: ignore[no-untyped-def]
     """How far [m] the points of an obstacle move from sample to sample, at most."""
     all_circles, bodies, all_segments, all_spans, _ = world
