@@ -25,7 +25,14 @@ def at_end(x, y, end_x, end_y, heading, length):  # type: ignore[no-untyped-def]
     return near & (np.abs(across) < ARRIVAL_OFFSET)
 
 
-at_end_compiled = kernel(at_end)
+_at_end = kernel(at_end)
+
+
+@kernel
+def at_end_compiled(x, y, end_x, end_y, heading, length):  # type: ignore[no-untyped-def]
+    """The same, of one robot in a compiled loop; of one that is far away no cosine is taken."""
+    near = 2 * ARRIVAL_OFFSET + (1 - ARRIVAL_PROGRESS) * length
+    return abs(end_x - x) < near and abs(end_y - y) < near and _at_end(x, y, end_x, end_y, heading, length)
 
 
 @CachedPerRun

@@ -97,8 +97,10 @@ def kept_safe(v, w, halted, guard, robot, known, table, now, readings):  # type:
     head, robots = TeamColumns(table), known.heard.shape[2]
     for j in range(robots):
         other = other_of(readings, head, robots, j)
+        if other.counts == 0 or not other.gap < FAR:
+            continue
         cos = math.cos(other.bearing) * forward
-        if other.counts == 0 or not cos > ASIDE or not other.gap < FAR:
+        if not cos > ASIDE:
             continue
         distance = max(other.distance, 1e-6)
         approach = max(-(other.dx * other.v_x + other.dy * other.v_y) / distance, 0.0)

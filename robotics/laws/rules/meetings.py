@@ -14,7 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.compiled.jit import compiled_only, kernel
+from fuzzy.compiled.threads import share_out
 from robotics.world.paths.joined import PathTable
+from robotics.world.paths.path import point
 
 CELL = 0.05  # m of a path for which one number is kept
 LOOK = 4.0  # m: a meeting farther ahead is none yet
@@ -22,6 +24,7 @@ NO_MEETING = 9.0  # m, and s: what is told where two paths do not meet any more
 INSIDE = -0.1  # m: what is told of a robot that is in the meeting
 NOWHERE = -1.0  # the abscissa of a cell that is in conflict with nothing
 _BITS = 3  # 2 to this are the cells that are looked at together
+_TOGETHER = 64  # runs whose meetings one thread looks for at a time
 
 
 class Meetings(NamedTuple):
@@ -40,20 +43,42 @@ class Meetings(NamedTuple):
         """
         lengths = np.ascontiguousarray(paths.lengths.reshape(-1, robots))
         cells = int(np.ceil(lengths.max() / CELL)) + 1
-        points = np.empty((len(lengths), robots, cells, 2))
-        for c in range(cells):
-            at = paths.at(np.minimum(c * CELL, paths.lengths))
-            points[:, :, c, 0], points[:, :, c, 1] = at.x.reshape(-1, robots), at.y.reshape(-1, robots)
-        apart = radii[:, None] + radii + margin
-        last = _conflicts(points, lengths, apart)
-        peaks = np.maximum.reduceat(last, range(0, cells, 1 << _BITS), axis=-1)
-        return cls(_first(last, points, lengths, apart), last, peaks, points)
+        runs, blocks = len(lengths), -(-cells >> _BITS)
+        apart, first = radii[:, None] + radii + margin, np.zeros((runs, robots, robots), dtype=bool)
+        last = np.full((runs, robots, robots, cells), NOWHERE, dtype=np.float32)
+        found = cls(
+            first, last, np.empty((runs, robots, robots, blocks), np.float32), np.empty((runs, robots, cells, 2))
+        )
+
+        def find(begin: int) -> None:
+            end = min(begin + _TOGETHER, runs)
+            some = found._make(part[begin:end] for part in found)
+            _fill(paths.table, paths.first, paths.cells, lengths[begin:end], begin * robots, some.points)
+            _conflicts(some.points, lengths[begin:end], apart, some.last)
+            np.maximum.reduceat(some.last, range(0, cells, 1 << _BITS), axis=-1, out=some.peaks)
+            _first(some.last, some.points, lengths[begin:end], apart, some.first)
+
+        share_out(find, range(0, runs, _TOGETHER))
+        return found
 
 
-@kernel
-def _conflicts(points, lengths, apart):  # type: ignore[no-untyped-def]
+@kernel(nogil=True)
+def _fill(table, first, cells, lengths, path, points):  # type: ignore[no-untyped-def]
+    """Fill in the cells of the paths from that of the number ``path`` on."""
+    for r in range(points.shape[0]):
+        for i in range(points.shape[1]):
+            length = lengths[r, i]
+            for c in range(points.shape[2]):
+                points[r, i, c, 0], points[r, i, c, 1], _, _ = point(
+                    table, first[path], cells[path], length, min(c * CELL, length)
+                )
+            path += 1
+
+
+@kernel(nogil=True)
+def _conflicts(points, lengths, apart, last):  # type: ignore[no-untyped-def]
+    """Fill in the last abscissae in conflict, where there are some."""
     runs, robots, cells, _ = points.shape
-    last = np.full((runs, robots, robots, cells), NOWHERE, dtype=np.float32)
     for r in range(runs):
         for i in range(robots):
             for j in range(robots):
@@ -73,14 +98,12 @@ def _conflicts(points, lengths, apart):  # type: ignore[no-untyped-def]
                             break
                         # A step along the path leads nearer by a cell at most
                         k -= max(int((np.sqrt(gap) - apart[i, j]) / CELL), 1)
-    return last
 
 
-@kernel
-def _first(last, points, lengths, apart):  # type: ignore[no-untyped-def]
-    """Whether robot i goes before j because it starts in j's way, or because j ends in i's way."""
+@kernel(nogil=True)
+def _first(last, points, lengths, apart, first):  # type: ignore[no-untyped-def]
+    """Note where robot i goes before j because it starts in j's way, or because j ends in i's way."""
     runs, robots, _, cells = last.shape
-    first = np.zeros((runs, robots, robots), dtype=np.bool_)
     for r in range(runs):
         for i in range(robots):
             for j in range(robots):
@@ -93,7 +116,6 @@ def _first(last, points, lengths, apart):  # type: ignore[no-untyped-def]
                     dy = points[r, j, c, 1] - points[r, i, 0, 1]
                     if dx * dx + dy * dy < apart[i, j] ** 2:
                         first[r, i, j] = True  # i starts in j's way
-    return first
 
 
 @compiled_only

@@ -79,6 +79,7 @@ FIRST_NUMBERED = FIRST_LATER + len(LATER)
 FIRST_READING = FIRST_NUMBERED + len(NUMBERED)
 # What is computed only where a rule base asks for some of it
 OF_TARGET = ("distance", "alpha", "x_err", "y_err", "heading_err", "x_err_smooth", "y_err_smooth", "heading_err_smooth")
+OF_PATH = ("cross_track",)
 OF_ONWARDS = ("path_bearing", "path_away")
 OF_FORMATION = ("leader_ahead", "stretch", "onward_bearing")
 OF_MEETING = ("meeting", "their_meeting", "lead")
@@ -147,6 +148,7 @@ class WantedColumns(Columns):
     """What rule bases ask for that is computed only then, 1 each; and where things stand in the work."""
 
     target = column("")
+    path = column("")
     onwards = column("")
     formation = column("")
     meeting = column("")
@@ -163,7 +165,13 @@ _OTHER, _SIGHT = OtherColumns.size, SightColumns.size
 
 def asking(names: set[str], period: float, readings: int, ahead: float = 0.0) -> dict[str, float]:
     """The numbers of :class:`WantedColumns` where rule bases ask for quantities of these ``names``."""
-    groups = {"target": OF_TARGET, "onwards": OF_ONWARDS, "formation": OF_FORMATION, "meeting": OF_MEETING}
+    groups = {
+        "target": OF_TARGET,
+        "path": OF_PATH,
+        "onwards": OF_ONWARDS,
+        "formation": OF_FORMATION,
+        "meeting": OF_MEETING,
+    }
     asked = {group: float(bool(names & {*of})) for group, of in groups.items()}
     return asked | {"ahead": ahead, "smoothing": share_of(SMOOTH_TIME, period), "readings": readings}
 
@@ -246,7 +254,8 @@ def _on_the_path(robot, memory, asks, known, i, head, now):  # type: ignore[no-u
     told[KNOWN.time], told[KNOWN.v], told[KNOWN.w] = known.time, robot.v, robot.w
     told[KNOWN.v_command], told[KNOWN.w_command] = memory.v_command, memory.w_command
     told[KNOWN.target_v], told[KNOWN.target_w] = now.target.v, now.target.w
-    told[KNOWN.cross_track] = math.cos(heading) * (robot.y - y) - math.sin(heading) * (robot.x - x)
+    if asks.path == 1:
+        told[KNOWN.cross_track] = math.cos(heading) * (robot.y - y) - math.sin(heading) * (robot.x - x)
     told[KNOWN.curvature], told[KNOWN.progress] = curvature, share(road, path, place)
     told[KNOWN.remaining], told[KNOWN.lag] = remaining, due.s - place
     told[KNOWN.late], told[KNOWN.gives_way] = known.time - memory.clock, memory.yields

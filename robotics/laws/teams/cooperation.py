@@ -225,10 +225,10 @@ def hold(road, path, robot, place, off, aim, reach):  # type: ignore[no-untyped-
     Returns how far it is ahead [m], and the phase.
     """
     dx, dy = aim.x - robot.x, aim.y - robot.y
-    ahead = math.cos(robot.heading) * dx + math.sin(robot.heading) * dy
     behind, s = aim.s - place, min(aim.s, place + reach)
     if aim.s >= road.lengths[path] and math.hypot(dx, dy) < _AT_END:
         # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
+        ahead = math.cos(robot.heading) * dx + math.sin(robot.heading) * dy
         phase, behind = ARRIVED, ahead if ahead > 0 else -1.0
     elif off > ON_PATH:
         # A robot that is ahead of time but off its path drives to the path before it waits.

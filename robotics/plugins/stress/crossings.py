@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.threads import share_out
 from fuzzy.shell.progress import Begin, unwatched
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
@@ -30,6 +31,7 @@ from robotics.plugins.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.plugins.stress.outcome import StressOutcome
 from robotics.plugins.stress.quintic_table import fill, tabulated
 from robotics.plugins.stress.tally import run_ensemble
+from robotics.simulation.loop import Periods, threads_for
 from robotics.simulation.scenario.description import Member, Scenario
 from robotics.simulation.scenario.robots import RobotModel, load_robot, standard_robot
 from robotics.world.paths.joined import join_tables
@@ -70,11 +72,14 @@ def crossing_ensemble(
         advance: Called after every crossing that is drawn.
         robot: What they are, by default the EtsRo; with others all lengths grow as of :func:`growth`.
     """
-    drawn = []
-    for seed in seeds:
-        drawn.append(random_crossing(robots, np.random.default_rng([seed, CROSSING_STREAM]), kind))
-        if advance is not None:
-            advance()
+    told = Periods(len(seeds), 1, advance)
+
+    def draw(seed: int) -> list[np.ndarray]:
+        drawn = random_crossing(robots, np.random.default_rng([seed, CROSSING_STREAM]), kind)
+        told(1)
+        return drawn
+
+    drawn = share_out(draw, seeds, threads_for(None))
     name, across = f"crossing-{robots}-{kind}", float(np.hypot(*_field(robots)))
     return drawn_ensemble(name, drawn, factor or StressOutcome.limit, across, disturbance, robot)
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.compiled.columns import Bools1, Floats1, Floats2, Floats3, Ints1, Ints2
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import compiled_only
 from robotics.laws.equation import CommandColumns
 from robotics.laws.modes import FOLLOW
 from robotics.measures.arrival import at_end_compiled
@@ -62,7 +62,7 @@ def judge(moment, notes):  # type: ignore[no-untyped-def]
     return begun or not some_go_on
 
 
-@kernel
+@compiled_only
 def _judge_run(r, time, known, command):  # type: ignore[no-untyped-def]
     """Note what became of one run beside contacts; return whether it goes on."""
     robots, poses, nearest = known.arrivals.shape[1], known.watch.poses, np.inf
@@ -74,8 +74,8 @@ def _judge_run(r, time, known, command):  # type: ignore[no-untyped-def]
             nearest = min(nearest, dx * dx + dy * dy)
         known.followed[r] |= int(CommandColumns(command, r * robots + i).mode) & 3 == FOLLOW
         if known.arrivals[r, i] == np.inf:
-            end = known.goals[:, r, i]
-            if at_end_compiled(x, y, end[0], end[1], end[2], end[3]):
+            goals = known.goals
+            if at_end_compiled(x, y, goals[0, r, i], goals[1, r, i], goals[2, r, i], goals[3, r, i]):
                 known.arrivals[r, i] = time
             else:
                 left += 1

@@ -16,7 +16,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from fuzzy.compiled.threads import share_out
 from robotics.laws.equation import EquationLaw
@@ -94,11 +93,14 @@ class Tally:
         last = float(known.arrivals.max())
         return round(np.ceil(last + self.after) / period) if np.isfinite(last) else None
 
-    def table(self, seeds: Sequence[int]) -> pd.DataFrame:
-        """The :attr:`robotics.plugins.stress.outcome.StressOutcome.table` of its runs; ``seeds`` are of all runs."""
+    def columns(self, seeds: Sequence[int]) -> dict[str, np.ndarray]:
+        """Those of :attr:`robotics.plugins.stress.outcome.StressOutcome.table` of its runs; ``seeds`` are of all runs.
+
+        They are (runs,), or (runs, robots).
+        """
         known, period = self.known, self.ensemble.period
         touched = np.isfinite(known.watch.contacts.first).any(axis=2)
-        columns = {
+        return {
             "seed": np.array(seeds[self.runs]),
             "nominal_s": self.ensemble.references.ends[self.runs, 0],
             "arrival_s": known.arrivals,
@@ -112,12 +114,12 @@ class Tally:
             "hit": touched[TO.obstacle],
             "trapped": known.followed,
         }
-        return table_of(columns)
 
 
 def judged(kind: type[Outcome], tallies: Sequence[Tally], seeds: Sequence[int]) -> Outcome:
     """The outcome of all runs, those of ``seeds``, as one of its ``kind``."""
-    return kind(pd.concat([tally.table(seeds) for tally in tallies], ignore_index=True))
+    parts = [tally.columns(seeds) for tally in tallies]
+    return kind(table_of({name: np.concatenate([part[name] for part in parts]) for name in parts[0]}))
 
 
 def run_ensemble(

@@ -21,7 +21,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from fuzzy.compiled.columns import Bools1, Columns, Floats2, Floats3, Floats4, Ints1, Ints2, Ints3, codes, column
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import compiled_only, kernel, without_refcounts
 from robotics.world.environment.collision import corner_gap, footprints, segment_gap, segment_meets
 from robotics.world.environment.world import BodyColumns, Geometry, Moving, place
 from robotics.world.vehicle.robot import Robot
@@ -235,7 +235,7 @@ def pose_between(period: float, before: np.ndarray, after: np.ndarray, share: fl
 # Sizes are columns of footprints(); coordinates are in the rectangle's frame unless stated otherwise.
 
 
-@kernel
+@without_refcounts
 def rectangle_clearance(dx, dy, heading, other, size, other_size):  # type: ignore[no-untyped-def]
     """The signed clearance [m] of two rectangles; the arguments are as of collision.rectangles_meet."""
     c, s = np.cos(heading), np.sin(heading)
@@ -256,7 +256,7 @@ def rectangle_clearance(dx, dy, heading, other, size, other_size):  # type: igno
     return corner_gap(dx, dy, c, s, cc, ss, size, other_size)
 
 
-@kernel
+@without_refcounts
 def point_clearance(x, y, size):  # type: ignore[no-untyped-def]
     """The signed distance [m] of the point (``x``, ``y``) [m] from a rectangle, < 0 inside."""
     over, beside = abs(x) - size[0], abs(y) - size[1]
@@ -266,7 +266,7 @@ def point_clearance(x, y, size):  # type: ignore[no-untyped-def]
     return np.sqrt(over * over + beside * beside)
 
 
-@kernel
+@without_refcounts
 def segment_depth(ax, ay, bx, by, size):  # type: ignore[no-untyped-def]
     """How far [m] a rectangle must be moved to come free of a segment that it meets, by separating axes."""
     mx, my, ex, ey = (ax + bx) / 2, (ay + by) / 2, abs(bx - ax) / 2, abs(by - ay) / 2
@@ -275,7 +275,7 @@ def segment_depth(ax, ay, bx, by, size):  # type: ignore[no-untyped-def]
     return min(normal, min(size[0] + ex - abs(mx), size[1] + ey - abs(my)))
 
 
-@kernel
+@without_refcounts
 def body_clearance(corners, closed, size):  # type: ignore[no-untyped-def]
     """The signed clearance [m] of a rectangle to a polygon or a wall, whose sides are ``corners`` (sides, 4) [m].
 
@@ -310,7 +310,7 @@ def body_clearance(corners, closed, size):  # type: ignore[no-untyped-def]
     return -depth
 
 
-@kernel
+@without_refcounts
 def _convex(corners):  # type: ignore[no-untyped-def]
     """Whether a polygon, counter-clockwise, is convex."""
     sides = corners.shape[0]
@@ -323,7 +323,7 @@ def _convex(corners):  # type: ignore[no-untyped-def]
     return True
 
 
-@kernel
+@without_refcounts
 def _convex_depth(corners, size):  # type: ignore[no-untyped-def]
     """How far [m] a rectangle must be moved to come free of a convex polygon, counter-clockwise, that it overlaps."""
     depth = np.inf
@@ -339,7 +339,7 @@ def _convex_depth(corners, size):  # type: ignore[no-untyped-def]
     return max(min(depth, min(high_y + size[1], size[1] - low_y)), 0.0)
 
 
-@kernel
+@without_refcounts
 def _depth_inside(x, y, corners):  # type: ignore[no-untyped-def]
     """The distance [m] of a point from the sides of a polygon, < 0 outside of it."""
     least, inside = np.inf, False
@@ -356,7 +356,7 @@ def _depth_inside(x, y, corners):  # type: ignore[no-untyped-def]
 # Between two samples -----------------------------------------------------------------------------------------------
 
 
-@kernel
+@without_refcounts
 def _motion(before, after, period, motion):  # type: ignore[no-untyped-def]
     """Fill in the coefficients (3, 4) of x, y and heading as polynomials of the share of the period.
 
@@ -380,17 +380,17 @@ def _motion(before, after, period, motion):  # type: ignore[no-untyped-def]
     _hermite(before[2], turned, aw, bw, motion[2])
 
 
-@kernel
+@without_refcounts
 def _hermite(start, chord, first, last, row):  # type: ignore[no-untyped-def]
     row[0], row[1], row[2], row[3] = start, first, 3 * chord - 2 * first - last, first + last - 2 * chord
 
 
-@kernel
+@without_refcounts
 def _on(row, share):  # type: ignore[no-untyped-def]
     return row[0] + share * (row[1] + share * (row[2] + share * row[3]))
 
 
-@kernel
+@without_refcounts
 def _fastest(p, q):  # type: ignore[no-untyped-def]
     """The most |(p', q')| of two cubics on [0, 1]: that of the control points of the derivative's Bézier form."""
     first = p[1] * p[1] + q[1] * q[1]
@@ -399,14 +399,14 @@ def _fastest(p, q):  # type: ignore[no-untyped-def]
     return np.sqrt(max(first, max(middle, last)))
 
 
-@kernel
+@without_refcounts
 def _sharpest(p, q):  # type: ignore[no-untyped-def]
     """The most |(p'', q'')| of two cubics on [0, 1]: that at one of the ends."""
     first = p[2] * p[2] + q[2] * q[2]
     return 2 * np.sqrt(max(first, (p[2] + 3 * p[3]) ** 2 + (q[2] + 3 * q[3]) ** 2))
 
 
-@kernel
+@without_refcounts
 def lower_bound(first, last, share, speed, bend):  # type: ignore[no-untyped-def]
     """A lower bound [m] of the signed clearance over an interval.
 
@@ -428,14 +428,19 @@ def lower_bound(first, last, share, speed, bend):  # type: ignore[no-untyped-def
     return max(low, first - (drop - rise) ** 2 / (4 * drop))
 
 
-@kernel
-def _clearance_at(share, i, j, obstacle, motion, sizes, world):  # type: ignore[no-untyped-def]
-    """The signed clearance of a pair at the ``share`` of the period: robots i and j, or robot i and an obstacle."""
+@without_refcounts
+def _clearance_at(share, i, j, obstacle, motion, sizes, world, at):  # type: ignore[no-untyped-def]
+    """The signed clearance of a pair at the ``share`` of the period: robots i and j, or robot i and an obstacle.
+
+    ``world`` is as :func:`sweep` makes it; ``at`` are the samples before and after, and the run, of what is in it.
+    """
     x, y, heading = _on(motion[i, 0], share), _on(motion[i, 1], share), _on(motion[i, 2], share)
     if obstacle < 0:
         dx, dy = _on(motion[j, 0], share) - x, _on(motion[j, 1], share) - y
         return rectangle_clearance(dx, dy, heading, _on(motion[j, 2], share), sizes[:, i], sizes[:, j])
-    circles, circles_after, bodies, segments, segments_after, spans, corners = world
+    all_circles, all_bodies, all_segments, all_spans, corners = world
+    circles, circles_after, spans = all_circles[at[0], at[2]], all_circles[at[1], at[2]], all_spans[at[2]]
+    segments, segments_after = all_segments[at[0], at[2]], all_segments[at[1], at[2]]
     c, s = np.cos(heading), np.sin(heading)
     rest = 1.0 - share
     least = np.inf
@@ -444,7 +449,7 @@ def _clearance_at(share, i, j, obstacle, motion, sizes, world):  # type: ignore[
         dy = rest * circles[b, 1] + share * circles_after[b, 1] - y
         if np.sqrt(dx * dx + dy * dy) - circles[b, 2] - sizes[2, i] > max(least, 0.0) and least < np.inf:
             continue
-        body = BodyColumns(bodies[b])
+        body = BodyColumns(all_bodies[at[2], b])
         if body.number == 0:
             least = min(least, point_clearance(c * dx + s * dy, c * dy - s * dx, sizes[:, i]) - circles[b, 2])
             continue
@@ -458,8 +463,8 @@ def _clearance_at(share, i, j, obstacle, motion, sizes, world):  # type: ignore[
     return least
 
 
-@kernel
-def _search(first, last, level, pair, bounds, motion, sizes, world, stack):  # type: ignore[no-untyped-def]
+@without_refcounts
+def _search(first, last, level, pair, bounds, motion, sizes, world, at, stack):  # type: ignore[no-untyped-def]
     """The least clearance of a pair between two samples, and at which share; no search for what is above ``level``."""
     i, j, obstacle = pair
     speed, bend = bounds
@@ -473,7 +478,7 @@ def _search(first, last, level, pair, bounds, motion, sizes, world, stack):  # t
         if low > level or low >= best - (_TOLERANCE if best > 0 else DEPTH_TOLERANCE) or count + 2 > len(stack):
             continue
         middle = (a + b) / 2
-        fm = _clearance_at(middle, i, j, obstacle, motion, sizes, world)
+        fm = _clearance_at(middle, i, j, obstacle, motion, sizes, world, at)
         if fm < best:
             best, place = fm, middle
         # The half with the lower end is looked at first.
@@ -488,13 +493,13 @@ def _search(first, last, level, pair, bounds, motion, sizes, world, stack):  # t
     return best, place
 
 
-@kernel
-def _crossing(out, into, pair, motion, sizes, world):  # type: ignore[no-untyped-def]
+@without_refcounts
+def _crossing(out, into, pair, motion, sizes, world, at):  # type: ignore[no-untyped-def]
     """The share at which a contact begins or ends between a share ``out`` of contact and one in it; it is in it."""
     i, j, obstacle = pair
     for _ in range(12):  # of at most GRID: 0.25 µs
         middle = (out + into) / 2
-        if _clearance_at(middle, i, j, obstacle, motion, sizes, world) <= 0:
+        if _clearance_at(middle, i, j, obstacle, motion, sizes, world, at) <= 0:
             into = middle
         else:
             out = middle
@@ -523,6 +528,8 @@ def sweep(  # type: ignore[no-untyped-def]
     relative = np.empty((2, 4))
     placed = np.empty((3, robots), dtype=np.bool_)
     here, there, ready = placed[0], placed[1], placed[2]
+    # Whole arrays: to count the users of views of them, in each period of each run, takes longer than the rest
+    world = circles, bodies, segments, spans, corners
     for r in range(runs):
         if not going[r]:
             continue
@@ -545,9 +552,9 @@ def sweep(  # type: ignore[no-untyped-def]
                     way[i], arc[i] = 0.0, np.inf
             a = k if moves else 0
             b = k + 1 if moves else 0
-            world = (circles[a, g], circles[b, g], bodies[g], segments[a, g], segments[b, g], spans[g], corners)
-            after = (circles[b, g], circles[b, g], bodies[g], segments[b, g], segments[b, g], spans[g], corners)
-            run_least = min(least[TO.robot, r].min(), least[TO.obstacle, r].min())
+            at, after, run_least = (a, b, g), (b, b, g), np.inf
+            for i in range(robots):
+                run_least = min(run_least, min(least[TO.robot, r, i], least[TO.obstacle, r, i]))
             pair = -1
             for i in range(robots):
                 for j in range(i + 1, robots):
@@ -559,9 +566,9 @@ def sweep(  # type: ignore[no-untyped-def]
                     level = max(least[TO.robot, r, i], least[TO.robot, r, j]) if each_robot else run_least
                     level = _level(level, r, pair, known)
                     floor[r, pair] -= arc[i] + arc[j]
-                    if floor[r, pair] > max(level, 0.0) or _circles_apart(
-                        poses[:, r, i, k : k + 2], poses[:, r, j, k : k + 2], way[i] + way[j]
-                    ) > (sizes[2, i] + sizes[2, j] + max(level, 0.0)):
+                    if floor[r, pair] > max(level, 0.0) or _circles_apart(poses, r, i, j, k, way[i] + way[j]) > (
+                        sizes[2, i] + sizes[2, j] + max(level, 0.0)
+                    ):
                         ends[r, pair] = np.nan
                         continue
                     # Of a robot that appears with this sample, the sample alone is looked at.
@@ -573,7 +580,7 @@ def sweep(  # type: ignore[no-untyped-def]
                     bounds = fast, _sharpest(relative[0], relative[1]) + bend[i] + bend[j]
                     start, lasts = (times[k + 1], 0.0) if appears else (times[k], period)
                     log, length = _interval(
-                        r, pair, who, bounds, level, start, lasts, motion, sizes, world, stack, known, log, length
+                        r, pair, who, bounds, level, start, lasts, motion, sizes, world, at, stack, known, log, length
                     )
             for i in range(robots):
                 for o in range(spans.shape[1]):
@@ -585,7 +592,7 @@ def sweep(  # type: ignore[no-untyped-def]
                         log, length = _gone(log, length, r, who, known, pair, times[k])
                         continue
                     level = _level(least[TO.obstacle, r, i] if each_robot else run_least, r, pair, known)
-                    shift = _displacement(o, world) if moves else 0.0
+                    shift = _displacement(o, world, at) if moves else 0.0
                     floor[r, pair] -= arc[i] + shift
                     if floor[r, pair] > max(level, 0.0):
                         ends[r, pair] = np.nan
@@ -606,9 +613,9 @@ def sweep(  # type: ignore[no-untyped-def]
                     fast = _fastest(motion[i, 0], motion[i, 1]) + shift
                     bounds = fast + sizes[2, i] * turn[i], _sharpest(motion[i, 0], motion[i, 1]) + bend[i]
                     start, lasts = (times[k + 1], 0.0) if appears else (times[k], period)
-                    around = after if appears else world
+                    when = after if appears else at
                     log, length = _interval(
-                        r, pair, who, bounds, level, start, lasts, motion, sizes, around, stack, known, log, length
+                        r, pair, who, bounds, level, start, lasts, motion, sizes, world, when, stack, known, log, length
                     )
     return log[:length].copy()
 
@@ -643,22 +650,22 @@ def _gone(log, length, r, who, known, pair, time):  # type: ignore[no-untyped-de
     return log, length
 
 
-@kernel
+@without_refcounts
 def _level(least, r, pair, known):  # type: ignore[no-untyped-def]
     """The clearance [m] below which a pair is looked at: where it touches, what is deeper than before."""
     return max(least, 0.0) if np.isnan(known.since[r, pair]) else -known.depth[r, pair]
 
 
-@kernel
-def _circles_apart(one, other, way):  # type: ignore[no-untyped-def]
-    """The least distance [m] between two robots' centers in a period, at least; poses (5, 2) of its begin and end."""
-    dx, dy = one[0, 0] - other[0, 0], one[1, 0] - other[1, 0]
-    ex, ey = one[0, 1] - other[0, 1], one[1, 1] - other[1, 1]
+@compiled_only
+def _circles_apart(poses, r, i, j, k, way):  # type: ignore[no-untyped-def]
+    """The least distance [m] between the centers of two robots of a run from sample ``k`` to the next, at least."""
+    dx, dy = poses[0, r, i, k] - poses[0, r, j, k], poses[1, r, i, k] - poses[1, r, j, k]
+    ex, ey = poses[0, r, i, k + 1] - poses[0, r, j, k + 1], poses[1, r, i, k + 1] - poses[1, r, j, k + 1]
     start, end = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
     return (start + end - way) / 2 if np.isfinite(start) else end
 
 
-@kernel
+@without_refcounts
 def _make_ready(i, poses, appears, period, sizes, motion, turn, bend, ready):  # type: ignore[no-untyped-def]
     """Fill in how robot ``i`` moves between two ``poses`` (5, 2), or that it stays where it ``appears``.
 
@@ -678,15 +685,17 @@ def _make_ready(i, poses, appears, period, sizes, motion, turn, bend, ready):  #
         ready[i] = True
 
 
-@kernel
-def _displacement(obstacle, world):  # type: ignore[no-untyped-def]
+@without_refcounts
+def _displacement(obstacle, world, at):  # type: ignore[no-untyped-def]
     """How far [m] the points of an obstacle move from sample to sample, at most."""
-    circles, circles_after, bodies, segments, segments_after, spans, _ = world
+    all_circles, bodies, all_segments, all_spans, _ = world
+    circles, circles_after, spans = all_circles[at[0], at[2]], all_circles[at[1], at[2]], all_spans[at[2]]
+    segments, segments_after = all_segments[at[0], at[2]], all_segments[at[1], at[2]]
     most = 0.0
     for b in range(spans[obstacle, 0], spans[obstacle, 1]):
         dx, dy = circles_after[b, 0] - circles[b, 0], circles_after[b, 1] - circles[b, 1]
         most = max(most, dx * dx + dy * dy)
-        body = BodyColumns(bodies[b])
+        body = BodyColumns(bodies[at[2], b])
         for k in range(body.first, body.first + body.number):
             for end in (0, 2):
                 dx = segments_after[k, end] - segments[k, end]
@@ -697,7 +706,7 @@ def _displacement(obstacle, world):  # type: ignore[no-untyped-def]
 
 @kernel
 def _interval(  # type: ignore[no-untyped-def]
-    r, pair, who, bounds, level, time, period, motion, sizes, world, stack, known, log, length
+    r, pair, who, bounds, level, time, period, motion, sizes, world, at, stack, known, log, length
 ):
     """Look at one pair of run ``r`` between two samples."""
     i, j, obstacle = who
@@ -706,10 +715,10 @@ def _interval(  # type: ignore[no-untyped-def]
     )  # fmt: skip
     fa = ends[r, pair]
     if np.isnan(fa):
-        fa = _clearance_at(0.0, i, j, obstacle, motion, sizes, world)
-    fb = _clearance_at(1.0, i, j, obstacle, motion, sizes, world)
+        fa = _clearance_at(0.0, i, j, obstacle, motion, sizes, world, at)
+    fb = _clearance_at(1.0, i, j, obstacle, motion, sizes, world, at)
     ends[r, pair], known.floor[r, pair] = fb, fb
-    best, place = _search(fa, fb, level, who, bounds, motion, sizes, world, stack)
+    best, place = _search(fa, fb, level, who, bounds, motion, sizes, world, at, stack)
     side = TO.robot if obstacle < 0 else TO.obstacle
     least[side, r, i] = min(least[side, r, i], best)
     if j >= 0:
@@ -737,11 +746,11 @@ def _interval(  # type: ignore[no-untyped-def]
         elif share == place:
             f = best
         else:
-            f = _clearance_at(share, i, j, obstacle, motion, sizes, world)
+            f = _clearance_at(share, i, j, obstacle, motion, sizes, world, at)
         if f <= 0:
             if np.isnan(since[r, pair]):
-                at = share if share == before else _crossing(before, share, who, motion, sizes, world)
-                since[r, pair], depth[r, pair] = time + at * period, 0.0
+                begin = share if share == before else _crossing(before, share, who, motion, sizes, world, at)
+                since[r, pair], depth[r, pair] = time + begin * period, 0.0
                 begun[r, i] += 1
                 first[side, r, i] = min(first[side, r, i], since[r, pair])
                 if j >= 0:
@@ -749,8 +758,8 @@ def _interval(  # type: ignore[no-untyped-def]
                     first[side, r, j] = min(first[side, r, j], since[r, pair])
             depth[r, pair] = max(depth[r, pair], -f)
         elif not np.isnan(since[r, pair]):
-            at = _crossing(share, before, who, motion, sizes, world)
-            log, length = _ended(log, length, r, who, known, pair, time + at * period)
+            end = _crossing(share, before, who, motion, sizes, world, at)
+            log, length = _ended(log, length, r, who, known, pair, time + end * period)
         before = share
     return log, length
 

@@ -21,7 +21,11 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
-wrapped_compiled = kernel(wrapped)  # the same, for one angle in a compiled loop
+@kernel
+def wrapped_compiled(angle):  # type: ignore[no-untyped-def]
+    """The same, for one angle in a compiled loop; of most the remainder is what they are, and not looked for."""
+    turned = angle + np.pi
+    return (turned if 0 <= turned < 2 * np.pi else turned % (2 * np.pi)) - np.pi
 
 
 def posture_error(x: Any, y: Any, heading: Any, target: Reference) -> PostureError:

@@ -14,7 +14,7 @@ from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.world.paths.posture import posture_error, wrapped
+from robotics.world.paths.posture import posture_error, wrapped, wrapped_compiled
 from robotics.world.paths.references import Reference
 
 
@@ -113,6 +113,14 @@ def test_wrapped_brings_angles_into_half_a_turn():
     assert ((result >= -np.pi) & (result < np.pi)).all()
     np.testing.assert_allclose(np.exp(1j * result), np.exp(1j * angles), atol=1e-12)
     assert result[1] == -np.pi
+
+
+def test_one_angle_is_wrapped_to_the_same_bits():
+    """Also at half turns and beside them, where the remainder is left out or not."""
+    turns = np.pi * np.arange(-5, 6)
+    angles = np.concatenate([turns, np.nextafter(turns, -9), np.nextafter(turns, 9), np.linspace(-20, 20, 999), [-0.0]])
+    np.testing.assert_array_equal([wrapped_compiled(angle) for angle in angles], wrapped(angles))
+    assert np.isnan([wrapped_compiled(np.nan), wrapped_compiled(np.inf)]).all()
 
 
 def test_posture_error_is_5_9():

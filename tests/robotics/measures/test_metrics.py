@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from robotics.laws.catalogue import make_controller
+from robotics.measures.arrival import at_end, at_end_compiled
 from robotics.measures.tracking import (
     METRICS,
     cross_track_error,
@@ -205,3 +206,14 @@ def test_sums_of_the_tracking_error_are_those_of_its_samples():
         np.testing.assert_array_equal(sums.settled, settling_time(run, distance))
         last = [[robot[np.isfinite(robot)][-1] for robot in one] for one in distance]
         np.testing.assert_allclose(sums.final, last, rtol=0, atol=1e-12)
+
+
+def test_one_robot_has_arrived_where_many_have():
+    """About the end of a path, where the compiled form says at once who is far away."""
+    rng = np.random.default_rng(4)
+    for length in (2.0, 60.0):
+        x, y, heading = rng.uniform(-0.6, 0.6, (2, 5000)), rng.uniform(-0.6, 0.6, (2, 5000)), rng.uniform(-4, 4, 5000)
+        there = at_end(x[0], y[0], x[1], y[1], heading, length)
+        alone = [at_end_compiled(*place, length) for place in zip(x[0], y[0], x[1], y[1], heading, strict=True)]
+        np.testing.assert_array_equal(alone, there)
+        assert 40 < there.sum() < 4900

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotics.laws.rules.meetings import CELL, INSIDE, LOOK, NO_MEETING, Meetings, _first_taken
-from robotics.world.paths.joined import join_paths
+from robotics.world.paths.joined import join_paths, join_tables
 from robotics.world.paths.path import Line, compile_path
 from tests.robotics.laws.rules.arrayform.meetings import in_the_way, next_meetings
 
@@ -34,6 +34,25 @@ def told(meetings: Meetings, *places: float) -> tuple[np.ndarray, np.ndarray, np
 CROSS = meetings_of(((0.0, 0.0), (6.0, 0.0)), ((3.0, -3.0), (3.0, 3.0)))
 CLOSE = pytest.approx
 EDGE = 1.5 * CELL  # m: an edge lies in a cell or the next
+
+
+def test_meetings_of_many_runs_are_those_of_each_alone() -> None:
+    """Runs are shared out over threads."""
+    rng = np.random.default_rng(2)
+    tables = [
+        [compile_path(Line(start=(a, b), end=(c, d))).table for a, b, c, d in team]
+        for team in (8 * rng.random((150, 3, 4))).tolist()
+    ]
+    radii = np.array([0.15, 0.1, 0.3])
+    together = Meetings.of(join_tables(tables), 3, radii, MARGIN)
+    for r in (0, 63, 64, 149):
+        alone = Meetings.of(join_tables([tables[r]]), 3, radii, MARGIN)
+        np.testing.assert_array_equal(together.first[r], alone.first[0])
+        cells = alone.last.shape[-1]
+        np.testing.assert_array_equal(together.last[r, ..., :cells], alone.last[0])
+        np.testing.assert_array_equal(together.points[r, :, :cells], alone.points[0])
+        full = cells // 8
+        np.testing.assert_array_equal(together.peaks[r, ..., :full], alone.peaks[0, ..., :full])
 
 
 def test_before_a_crossing_both_know_their_ways_to_it_and_through_it() -> None:
