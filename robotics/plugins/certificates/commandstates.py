@@ -69,7 +69,7 @@ class StateCertificate:
     @property
     def rate(self) -> float:
         """The decay rate of √V towards its end [1/s]: by r with r^(N + 1) = fall r^N + past."""
-        low, high, samples = np.zeros(len(self.past)), np.ones(len(self.past)), WINDOW + 2
+        low, high, samples = np.zeros(len(self.past)), np.ones(len(self.past)), WINDOW + 1
         for _ in range(60):
             r = (low + high) / 2
             enough = r ** (samples + 1) >= self._falls * r**samples + self.past
@@ -135,7 +135,7 @@ def certify_states(loop: ClosedLoop, seconds: float) -> StateCertificate | str:
     except CertificateError as error:
         return str(error)
     numbers = numbers_of(loop)
-    ranges = [tuple(map(float, cell[0])) for cell in cells_of(loop)]
+    ranges = [(float(cell[0, 0]), float(cell[0, 1])) for cell in cells_of(loop)]
     for k, speed in enumerate(ranges):
         found = _cell(loop, numbers, speed, time.monotonic() + (ends - time.monotonic()) / (len(ranges) - k))
         if isinstance(found, str):

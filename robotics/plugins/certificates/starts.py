@@ -104,9 +104,9 @@ def follow(
         turn = w_r * model.period
         along, middle = v_r * model.period * np.sinc(turn / 2 / np.pi), ref[2] + turn / 2
         ref = np.array([ref[0] + along * np.cos(middle), ref[1] + along * np.sin(middle), ref[2] + turn])
-    before = ([each] * (WINDOW + 1) for each in settled)
-    every = (np.array(pad + seen) for pad, seen in zip(before, (means, instants), strict=True))
-    drives = Drives(np.array(commands), *every)
+    before = WINDOW + 1
+    seen = np.array([settled[0]] * before + means), np.array([settled[1]] * before + instants)
+    drives = Drives(np.array(commands), *seen)
     return np.array(errors), drives
 
 

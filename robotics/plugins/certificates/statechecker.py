@@ -141,6 +141,8 @@ class Loop:
             told[i, 0, first], told[i, 0, n + i] = 1 - s, s
             told[i, 1:, first : first + groups - 1] = np.eye(groups - 1)
         mean_a, mean_b = (np.array(k[w][:groups]) @ e for w, e in zip(("v_weight", "w_weight"), told, strict=True))
+        if not positive(self.P, self.P):
+            raise RefutedError("V is not seen to be positive")
         step = np.eye(n, n + 4)
         step[0] += -t * mean_a + np.eye(n + 4)[n + 2]
         step[1] += -speed * t * t / 2 * mean_b + np.eye(n + 4)[n + 3]
@@ -148,7 +150,7 @@ class Loop:
         step[3:] = np.vstack([told[0, :-1], told[1, :-1]])
         self.step, reach = step, np.sqrt(np.diag(np.linalg.inv(self.P)) * (1 + 1e-7))
         if not all(positive(self.P - np.outer(e, e) / c**2, self.P) for e, c in zip(np.eye(n), reach, strict=True)):
-            raise RefutedError("V is not seen to be positive")
+            raise RefutedError("V is not seen to bound its states")
         self.whole = reach[:3]
         # What the wheels were told is the newest state a sample later; a and b at any time are that, and more
         reach, wide = reach[[3, 2 + groups]], 1 + 2 * k["overshoot"]
