@@ -9,10 +9,11 @@ from fuzzy.files.atomic import write_json
 from fuzzy.membershipfunction import as_number
 from fuzzy.system import Linear, Sugeno
 from robotics.plugins.certificates.certificate import CertificateError
-from robotics.plugins.certificates.checker import FORMAT, STATES
+from robotics.plugins.certificates.checker import FORMAT
 from robotics.plugins.certificates.loopcolumns import ASKED, LevelColumns, LoopColumns
 from robotics.plugins.certificates.loopmodel import ClosedLoop
 from robotics.plugins.certificates.regions import LoopCertificate
+from robotics.plugins.certificates.statechecker import FORMAT as STATES_FORMAT
 from robotics.plugins.certificates.wheels import WINDOW
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def contents(certificate: "LoopCertificate | StateCertificate") -> dict[str, Any
     if isinstance(certificate, LoopCertificate):
         form = LevelColumns(certificate.form)
         return {"format": FORMAT, **about, "V": {n: float(getattr(form, n)) for n in LevelColumns.columns}}
-    return {"format": STATES, **about, "V": list(certificate.cells)}
+    return {"format": STATES_FORMAT, **about, "V": list(certificate.cells)}
 
 
 def numbers_of(loop: ClosedLoop) -> dict[str, Any]:

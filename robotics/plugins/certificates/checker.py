@@ -8,14 +8,12 @@ before, V <= μ ν w after a period, for every reference, noise and behaviour of
 """
 
 # mypy: disable-error-code="no-untyped-def"
-import json
 import math
 from functools import reduce
 
 import numpy as np
 
 FORMAT = "fuzzyfleet loop certificate 3"
-STATES = "fuzzyfleet loop certificate of states 1"  # which robotics.plugins.certificates.statechecker checks
 LIBRARY, BOXES, PIECE = 2e-15, 3_000_000, 4096  # relative error of cos, exp ...; the most boxes; how many at once
 _NEAR, _STEP, _CELL, _LEAST, _PARTS = 0.75, 0.9, 1.12, 0.004, (6, 10, 10)
 _FIRST = (4, 8, 8, 1, 4)  # parts of the region's box and of the references, from which the boxes are split
@@ -399,40 +397,8 @@ def falls(d, boxes, levels, table, growth):
     return good
 
 
-def check(data):
-    """Raise RefutedError unless a certificate, a file's bytes or what it holds, is true; return what it holds."""
-    try:
-        data = json.loads(data) if isinstance(data, bytes) else data
-        check_loop(data["loop"])
-        if data["format"] == STATES:
-            from robotics.plugins.certificates.statechecker import check_states
-
-            check_states(data)
-        else:
-            _check(data)
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
-        raise RefutedError(f"the certificate cannot be read: {error!r}") from None
-    return data
-
-
-def check_loop(k):
-    """Raise RefutedError for numbers of a loop that are out of range."""
-    groups, numbers = int(k["groups"]), [n for v in k.values() for n in (v if isinstance(v, list) else [v])]
-    past = [*k["last"], *(k[n] for n in ("memory", "forgotten", "prompt", "turning"))]
-    signed = {"v_weight", "w_weight", "kx", "ky", "kpsi", "last"}
-    for holds, wrong in (
-        (np.isfinite(np.array(numbers, float)).all(), "a number of the loop is not finite"),
-        (min(v for n, v in k.items() if n not in signed) >= 0, "a number of the loop is below 0"),
-        (0 < k["speed_low"] <= k["speed_high"] and 0 < k["period"] <= 0.5, "speeds or period are out of range"),
-        (groups > 0 <= min(past) and k["memory"] >= 1 and max(past) <= 1000, "what is remembered is out of range"),
-        (abs(1 - math.exp(-k["period"] / max(k["smooth"], 1e-9)) - k["fresh"]) < 1e-9, "fresh is not of this smooth"),
-        (all(abs(sum(k[n][:groups]) - 1) <= 1e-12 for n in ("v_weight", "w_weight")), "weights must be 1 in all"),
-    ):
-        if not holds:
-            raise RefutedError(wrong)
-
-
-def _check(data):
+def check_levels(data):
+    """Raise RefutedError unless a certificate, whose loop's numbers are in range, is true."""
     k, f = data["loop"], data["V"]
     past = sum(int(k[n]) for n in ("memory", "window", "forgotten"))
     for holds, wrong in (

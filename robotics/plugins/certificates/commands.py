@@ -179,7 +179,8 @@ def _print_claims(report: Mapping[str, Any]) -> None:
 
 def _verify(path: Path, json: bool) -> None:
     from fuzzy.errors import InputError
-    from robotics.plugins.certificates.checker import RefutedError, check
+    from robotics.plugins.certificates.checker import RefutedError
+    from robotics.plugins.certificates.checkfile import check
 
     try:
         data = check(path.read_bytes())

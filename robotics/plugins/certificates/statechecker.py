@@ -14,6 +14,7 @@ import numpy as np
 
 from robotics.plugins.certificates.checker import LIBRARY, Boxes, RefutedError, fired, mean, up
 
+FORMAT = "fuzzyfleet loop certificate of states 1"
 BOXES, PIECE, SYMBOLS = 300_000, 4096, 5  # boxes at most; how many at once; X, Y, ψ, v_r and the curvature
 SLACK, _ROUND, _LEAST = 1e-4, 2e-15, 1e-6  # the first: what √V may exceed where it is above ``inner``
 _STEADY = "v_rate", "w_rate", "position_noise", "heading_noise"

@@ -17,7 +17,8 @@ from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.plugins.certificates import commandstates
 from robotics.plugins.certificates.certificate import CertificateError
 from robotics.plugins.certificates.certificatefile import _rules, contents, numbers_of, write_certificate
-from robotics.plugins.certificates.checker import RefutedError, check
+from robotics.plugins.certificates.checker import RefutedError
+from robotics.plugins.certificates.checkfile import check
 from robotics.plugins.certificates.commandstates import StateCertificate, certified, certify_states
 from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
 from robotics.plugins.certificates.regions import QUICK_EFFORT
