@@ -233,7 +233,14 @@ def _certify_loop(
         save_figure(plot_basins([sampled_basin(law, machine, assumed, told=told, seed=seed)]), plot)
     (x, y, heading), end = map(float, found.half_widths()), found.half_widths(found.ultimate)
     before = "as its reference does before" if found.from_reference else "at the speeds that the law asks for there"
-    about = {"model": loop.model, "inner": end, "rate": rate(found.rate), "before": before}
+    about = {
+        "model": loop.model,
+        "inner": end,
+        "rate": rate(found.rate),
+        "before": before,
+        "all": found.half_widths(1.0),
+    }
+    kind = "certified.states" if found.from_reference else "certified.loop"
     report: dict[str, Any] = {
         "law": law,
         "region": {"x": x, "y": y, "heading": heading},
@@ -243,7 +250,7 @@ def _certify_loop(
         **(V if isinstance(V := contents(found)["V"], dict) else {"V": V}),
         "wheels": {name: getattr(loop.wheels, name) for name in ("weights", "error", "reversal", "ripple")},
         "boxes": found.boxes,
-        "certified": _TEXTS.texts("certified.loop", **about),
+        "certified": _TEXTS.texts(kind, **about),
         "not_certified": (*broken(machine), *_TEXTS.texts("not-certified.loop", **about)),
     }
     if json:

@@ -82,8 +82,10 @@ class StateCertificate:
         return _outside([np.array(cell["P"])[:3, :3] for cell in self.cells])
 
     def half_widths(self, level: float | None = None) -> np.ndarray:
-        """How far V <= level, by default the region, reaches where the robot drives as its reference (3,)."""
-        return np.sqrt((1.0 if level is None else level) * np.diag(np.linalg.inv(self.P)))
+        """How far V <= level reaches (3,), whatever was told; without a level, where starts as the reference may be."""
+        if level is None:
+            return np.sqrt(np.diag(np.linalg.inv(self.P)))
+        return np.sqrt(level * np.max([np.diag(np.linalg.inv(cell["P"]))[:3] for cell in self.cells], axis=0))
 
     def level(self, errors: np.ndarray) -> np.ndarray:
         """A bound of V (...) of errors (..., 3) of a robot that drives as its reference does."""

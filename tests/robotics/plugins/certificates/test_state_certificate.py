@@ -192,6 +192,7 @@ def test_a_broken_rule_base_is_not_certified_behind_a_low_pass():
 def test_a_law_behind_a_low_pass_goes_this_road_and_says_why_it_ends(certificate, monkeypatch):
     loop = certificate.loop
     assert (certificate.half_widths() > [0.04, 0.08, 0.3]).all()
+    assert (certificate.half_widths(1.0) > certificate.half_widths()).all()
     monkeypatch.setattr(commandstates, "certify_states", lambda *_: certificate)
     assert certified(loop, QUICK_EFFORT) == (certificate, "")
     monkeypatch.setattr(commandstates, "certify_states", lambda *_: "none is known")
