@@ -113,7 +113,7 @@ def _ranked(said: list[np.ndarray], errors: list[np.ndarray], rank: int) -> np.n
 
 
 def calibrate(system: Sugeno | CrossValidation, x: Any, y: Any) -> Conformal:
-    """Learn from samples how far a system is off, for intervals on what it says: split conformal, or CV+.
+    """Learn from samples how far a system is off, for intervals around its outputs: split conformal, or CV+.
 
     Args:
         system: A system, which was not learnt from these samples (nor stopped or chosen by them); or the folds of

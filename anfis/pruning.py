@@ -99,7 +99,7 @@ def prune(
     seed: int = 0,
     callback: Callable[[str, int, Epoch], bool | None] | None = None,
 ) -> Pruned:
-    """Train ``fis``, take away the rules that contribute least, step by step, and train what is left.
+    """Train ``fis``, take away the rules that contribute least, step by step, and train the rest.
 
     Each step takes away a tenth of the rules, at least one: those without which the error grows least, by
     :func:`leave_out_errors`. Terms that no rule asks for any more go too. Then the rest learns for ``retrain`` epochs.

@@ -24,7 +24,7 @@ Mamdani systems, and how near a Sugeno system comes:
 Interval type-2 systems, each term with a lower membership function:
     to_type2, Type2Sugeno, Lower, infer_type2, a Type2Inference comes back; compile_type2, CompiledType2; read_type2,
     write_type2, matlab_type2; plot_footprint
-Trees of systems, some of which take what others answer:
+Trees of systems, some of which take the outputs of others:
     Tree, evaluated, described; compile_tree, CompiledTree; read_tree, write_tree; explain_tree, a TreeExplanation comes
     back; plot_tree; train_tree, a TrainedTree comes back; identify_tree; write_c_tree, TreeCFiles come back; TreeError
 Take it to a microcontroller:
@@ -41,7 +41,7 @@ Look and understand:
     plot_rules_error, save_figure, write_figures; style, for figures of one's own; MATLAB's names plotmf, plotfis,
     gensurf, ruleview; editor, the designer in a notebook
 
-Each name is imported from its module when it is first used. What is wrong with an input is an InputError, a ValueError.
+Each name is imported from its module when it is first used. A wrong input raises an InputError, a ValueError.
 """
 
 import _fuzzyfleet

@@ -18,7 +18,7 @@ Prove:
     certify, which takes a SectorModel and finds a Certificate
 Tune:
     tune, what may move (LawSpace, Bound), what a run costs (Cost, Term), what was found (Tuned); load_tuning, a file
-Hold laws against each other at their best:
+Compare laws at their best:
     load_arena, run_arena, Arena
 Learn a formation: docs/howto/own-formation.md:
     formation_data of a FormationRecipe, checking_recipe; learn_networks, a Learnt for each, write_networks

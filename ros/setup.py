@@ -8,7 +8,7 @@ _NAME = "fuzzyfleet_ros"
 
 setup(
     name=_NAME,
-    version="0.2.0",
+    version="1.0.0rc1",
     description="Drives a robot by any law of Fuzzyfleet, and its simulator as a loopback with wheel dynamics",
     author="The Fuzzyfleet developers",
     license="MIT",

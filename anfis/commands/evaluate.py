@@ -12,7 +12,7 @@ from fuzzy.shown import shown
 def evaluate(fis: Fis, data: Data, skip_bad: SkipBad = False, json: Json = False) -> None:
     """Measure a system's errors on a table that holds its inputs and outputs, found by their names.
 
-    What other columns hold does not matter.
+    Other columns may hold anything.
 
     \b
     Example:

@@ -20,7 +20,7 @@ def predict(
     ] = None,
     interval: Annotated[
         float | None,
-        option("Add the ends between which the outputs are in this share of new samples, such as 0.9.", "LEVEL"),
+        option("Add the bounds of the outputs for this share of new samples, such as 0.9.", "LEVEL"),
     ] = None,
     held_out: Annotated[
         Path | None, option("--interval: samples with outputs, from which NET was not learnt.", "DATA.csv")
@@ -30,7 +30,7 @@ def predict(
 ) -> None:
     """Compute a system's outputs for every row of a table; the inputs' columns are found by their names.
 
-    The outputs get a header "name [unit]". What other columns hold does not matter. With --interval two columns follow
+    The outputs get a header "name [unit]". Other columns may hold anything. With --interval two columns follow
     each output, "name low" and "name high", and "outside" is 1 where the row lies outside the held-out data.
 
     \b

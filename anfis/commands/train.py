@@ -99,10 +99,10 @@ def train(
 ) -> None:
     """Learn a system from a table and write the one of least checking error (training error without --check).
 
-    Columns that are not used may hold anything. Numbers have a decimal point or a decimal comma. Texts are coded by
-    --one-hot; anfis predict and anfis evaluate code such a column of their table likewise.
+    Columns that are not used may hold anything. Numbers have a decimal point or a decimal comma. --one-hot codes
+    texts; anfis predict and anfis evaluate code such a column of their table likewise.
 
-    --folds tells how well what is learnt holds on other samples; the system that is written learns from all. --prune
+    --folds tells the error on samples that were not learnt from; the written system learns from all. --prune
     trains, takes rules away step by step and trains again; without --check a quarter of the samples chooses how many
     stay.
 

@@ -5,8 +5,8 @@ Fuzzy or nonlinear? A small arena
 Three laws, tuned with the same small budget on some random scenarios and tested on others. The default arena
 does this with more laws, more runs and two engines; what this one says is only about its few runs.
 
-Hollow is the cost of a law as published, filled that of the tuned one, both as a multiple of the tuned Lyapunov law's,
-with 95 % intervals. Beside it stands what the cost does not count.
+Hollow marks are costs of laws as published, filled ones those of tuned laws, both as multiples of the tuned
+Lyapunov law's, with 95 % intervals. Beside it stands what the cost does not count.
 """
 
 from dataclasses import replace

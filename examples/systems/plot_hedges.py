@@ -3,7 +3,7 @@ Very, somewhat, not: hedges in a sentence
 =========================================
 
 A rule is an English sentence. Hedges change the degree of membership: "very" squares it, "somewhat" takes its
-root, and "not" is what is missing to 1.
+root, and "not" gives 1 less the degree.
 """
 
 import numpy as np

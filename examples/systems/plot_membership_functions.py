@@ -2,8 +2,8 @@
 The thirteen membership functions
 =================================
 
-Every membership function of MATLAB's Fuzzy Logic Toolbox, with its parameters in MATLAB's order. Dashed is what
-"not" makes of it: 1 - μ.
+Every membership function of MATLAB's Fuzzy Logic Toolbox, with its parameters in MATLAB's order. The dashed
+line is "not": 1 - μ.
 """
 
 import numpy as np

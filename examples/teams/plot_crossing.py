@@ -3,7 +3,7 @@ Paths that cross
 ================
 
 Three robots would meet in one point. They agree on a right of way over the radio: two wait, each before the path of
-the one that goes first. Drawn is where each pair comes nearest.
+the one that goes first. The picture shows where each pair comes nearest.
 """
 
 import robotics

@@ -2,8 +2,8 @@
 Random crossings, with and without right of way
 ===============================================
 
-Two hundred random sets of three paths that cross. With the rules of right of way, with the rules as the thesis
-prints them, and with no rule against crashes: in how many runs robots touch, and in how many not all arrive.
+Two hundred random sets of three paths that cross. The picture counts in how many robots touch, and in how many
+not all arrive: with the rules of right of way, with those that the thesis prints, and with no rule against crashes.
 """
 
 import numpy as np

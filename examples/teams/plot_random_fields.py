@@ -3,7 +3,7 @@ Fields of obstacles that nobody knows
 =====================================
 
 Fifty random courses for each law: five rule bases blended by urgency, the thesis's rules as printed, and a law
-that has no rules for obstacles. How many arrive untouched, with Wilson's 95 % interval.
+that has no rules for obstacles. The picture shows how many arrive untouched, with Wilson's 95 % interval.
 """
 
 import numpy as np

@@ -14,7 +14,7 @@ def check(
     file: FisFile,
     points: Annotated[int, option("Points at which to look for places without a rule.", min=1)] = 4096,
     seed: Annotated[int, option("Shifts the points.", min=0)] = 0,
-    measures: Annotated[bool, option("Say in numbers, too, how readable it is.", "--measures")] = False,
+    measures: Annotated[bool, option("Also give measures of how readable it is.", "--measures")] = False,
     json: Json = False,
 ) -> None:
     """Look for defects: places where no rule fires, unused terms, contradictory rules and so on.

@@ -31,7 +31,7 @@ EXTRAS = {
 def doctor(json: Json = False) -> None:
     """Tell what is installed and what is compiled, and whether something is wrong with it.
 
-    Shown are versions, optional packages and what they are for, threads, compiled kernels, and other distributions that
+    It shows versions, optional packages and what they are for, threads, compiled kernels, and other distributions that
     install packages of these names. The exit code is 1 if something is wrong.
 
     \b

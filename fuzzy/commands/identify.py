@@ -70,8 +70,8 @@ def identify(
     With --rules the settings of subtractive clustering are searched for the best system with that number of rules,
     as `fuzzy search` does. A header "speed [m/s]" names the column speed. The table's columns are separated by commas,
     semicolons or tabs; numbers have a decimal point or a decimal comma. Columns that are not used may hold anything.
-    Terms stand in the order of their places and are named by them: low, middle, high. --select adds inputs while that
-    lowers the error of samples held back, and takes the fewest within one standard error of the least.
+    Terms stand in the order of their places, which name them: low, middle, high. --select adds inputs while that
+    lowers the error on held-back samples, and takes the fewest within one standard error of the least.
 
     \b
     Example:

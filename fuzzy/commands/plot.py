@@ -35,7 +35,7 @@ def plot(
     everything: Annotated[
         bool, option("All pictures, every surface too, in a .zip or a folder (-o).", "--all")
     ] = False,
-    data: Annotated[Path | None, option("With --all, rows to draw the system beside.", "--data", "DATA.csv")] = None,
+    data: Annotated[Path | None, option("With --all, rows to compare the system with.", "--data", "DATA.csv")] = None,
     picture_format: Annotated[
         PictureFormat | None, option("The format of --all. [default: pdf]", "--format", show_default=False)
     ] = None,
@@ -44,10 +44,10 @@ def plot(
 ) -> None:
     """Draw the membership functions, the rule viewer at a point, or the structure; or all pictures for a paper.
 
-    Without -o the picture is FILE's name with the kind, a .png in this folder. With --all there are the terms of each
+    Without -o the picture is FILE's name with the kind, a .png in this folder. --all draws the terms of each
     variable, the rule viewer at the point, the structure, the rule matrix, and each output over each pair of inputs (60
-    at most); of a loop's controller the step response and its figures beside a PID, of a robot's rule base the path in
-    a scenario that suits it, and of --data the fit. README.txt says which file shows what.
+    at most). It also draws the step response of a loop's controller and its figures beside a PID, the path of a robot's
+    rule base in a scenario that suits it, and the fit to --data. README.txt says which file shows what.
 
     \b
     Example:

@@ -53,7 +53,7 @@ def select_inputs(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> InputSelection:
-    """Choose inputs one after the other, each time the one with which samples that were held back err least.
+    """Choose inputs one after the other, each time the one with the least error on held-back samples.
 
     Args:
         x: The candidates (samples, candidates).

@@ -29,9 +29,9 @@ def check(
 ) -> None:
     """Judge a scenario before anything runs: speeds, starts, goals, paths among obstacles, radio, sensors, rules.
 
-    A study's file, or that of a sweep, an arena or a tuning, is read, and its plan drawn in text.
+    It also reads the file of a study, a sweep, an arena or a tuning, and draws its plan in text.
 
-    All that is wrong in the file is told at once, with line, key, value and what is accepted. The exit code is 1 if
+    It tells all errors of the file at once, with line, key, value and what is accepted. The exit code is 1 if
     there are errors or warnings; notes do not count.
 
     \b

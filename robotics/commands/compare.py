@@ -56,7 +56,7 @@ def compare(
     thorough: Annotated[
         bool, option("Judge claims by 100 seeds, and rates by 1000 runs, in place of 20 and 200.")
     ] = False,
-    save_runs: Annotated[bool, option("Save the runs that claims are judged by, in FOLDER/runs.")] = False,
+    save_runs: Annotated[bool, option("Save the runs that decide claims, in FOLDER/runs.")] = False,
     arena: Annotated[
         bool | None,
         option(
@@ -73,7 +73,7 @@ def compare(
 
     Writes results.csv (one row a seed), summary.csv (mean and 95 % interval), configuration.json, figures/ and
     report.html. After a stop the same command goes on. The suite of a plug-in also makes that study's experiments,
-    judges every claim of it and writes claims.csv.
+    judges its claims and writes claims.csv.
 
     \b
     Example:

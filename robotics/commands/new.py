@@ -26,7 +26,7 @@ def new(
     force: Annotated[bool, option("Overwrite a file that is there already.")] = False,
     json: Json = False,
 ) -> None:
-    """Write a file that runs: what is needed is set, all that is optional stands there as a comment that explains it.
+    """Write a file that runs: what is needed is set, and comments explain all that is optional.
 
     \b
     Example:

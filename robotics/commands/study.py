@@ -36,7 +36,7 @@ def study(
     """Run a study: scenarios × controllers × seeds, claims judged, a report with your title. The file says which.
 
     Writes results.csv, columns.csv, summary.csv, claims.csv, evidence.csv, configuration.json, figures/ and
-    report.html. The exit code is 0 whatever the verdicts are, and 2 for a file that cannot be used. After a stop the
+    report.html. The exit code is 0 for all verdicts, and 2 for a file that cannot be used. After a stop the
     same command goes on.
 
     \b

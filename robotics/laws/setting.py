@@ -57,7 +57,7 @@ class Setting:
         latency: From deciding on a command to its effect [s].
         plant: Whether robots have mass and motors, or do at once what is commanded.
         divergence: A robot this far from its target is stopped [m].
-        knowledge: What every law is given that can use it.
+        knowledge: Knowledge for every law that can use it.
         start_spread: (robots, 3) or None: how far each seed's start is from that, at most [m, m, rad].
         goals: Of the kind "goal": what counts as having come to it, of each robot.
         truth: None: all is as it is told here; no law may look at it.

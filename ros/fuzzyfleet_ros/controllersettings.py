@@ -29,7 +29,7 @@ PARAMETERS = (
     Parameter("range_timeout", 1.0, "The same for the readings that the law needs [s]; 0: never.", 0, 60),
     Parameter("reference_waits", True, "Whether the reference waits while the robot stands."),
     Parameter("v_max", 0.0, "A bound of the speed [m/s] beside the robot's own; 0: none.", 0, 100),
-    Parameter("w_max", 0.0, "A bound of the angular velocity [rad/s] beside the robot's own; 0: none.", 0, 100),
+    Parameter("w_max", 0.0, "A bound of the turn rate [rad/s] beside the robot's own; 0: none.", 0, 100),
     Parameter("torque_as_velocity", False, "Let a law of torques drive by the velocity that it tries to reach."),
     Parameter("origin", "odom", "odom: paths are in odometry's frame; start: the robot stands where its path begins.",
               one_of=("odom", "start")),

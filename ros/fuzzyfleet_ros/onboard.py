@@ -135,7 +135,7 @@ class Onboard:
             law: The law.
             robot: Which robot of the setting, counted from 0.
             v_max: A bound of the speed [m/s], beside the robot's own.
-            w_max: A bound of the angular velocity [rad/s], beside the robot's own.
+            w_max: A bound of the turn rate [rad/s], beside the robot's own.
             torque_as_velocity: Whether a law that commands torques may drive by the velocity that it tries to reach.
             scales: Whether it keeps wheels within their top speed, at the same curvature; else the base sees to that.
 

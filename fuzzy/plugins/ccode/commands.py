@@ -38,13 +38,15 @@ def c(
     ] = None,
     verify: Annotated[bool, option("Compile it, run it on a million points, compare, and watch for errors.")] = False,
     points: Annotated[int, option("With --verify: how many points.", min=1)] = 1_000_000,
-    board: Annotated[bool, option("Run it on a Cortex-M4 that QEMU plays: flash, RAM, instructions a call.")] = False,
+    board: Annotated[
+        bool, option("Run it on a Cortex-M4 that QEMU emulates: flash, RAM, instructions a call.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Write a system as one header and one source of C99: no malloc, no library but math.h. Of a tree, a pair each too.
 
-    Every system that is read can be written: all membership functions, hedges, "not", weights, both defuzzifications,
-    several outputs, and what ANFIS has learnt. --verify needs a C compiler and exits with 1 if the C is not the same:
+    It writes every system that it can read: all membership functions, hedges, "not", weights, both defuzzifications,
+    several outputs, and systems learnt by ANFIS. --verify needs a C compiler and exits with 1 if the C is not the same:
     within 4e-15 of an output's range in double, 1e-6 in float and 0.01 in q16.16, whose faint strengths are 0.
 
     \b

@@ -108,8 +108,8 @@ def new(
 ) -> None:
     """Make a new rule base: an empty grid, clusters of a table, a control table, a shipped rule base, and others.
 
-    They are those of the designer's menu File, New from. `fuzzy new` lists them with their options. A file that exists
-    is never overwritten.
+    The starts are those of the designer's menu File, New from. `fuzzy new` lists them with their options. It never
+    overwrites a file.
 
     \b
     Example:

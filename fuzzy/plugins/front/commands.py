@@ -45,9 +45,9 @@ def front(
 ) -> None:
     """Search for rules, and write the systems that are exact for their size: 1.fis, 2.fis and so on, smallest first.
 
-    NSGA-II (needs pymoo) searches for how many rules there are, what each asks for, how many terms an input has and
-    whether consequents are linear; these follow by least squares. Errors are of samples held back, in units of the
-    outputs' spread; since the rules were chosen by them, samples that the search has not seen (--test) say more. The
+    NSGA-II (needs pymoo) searches the number of rules, what each asks for, how many terms an input has and
+    whether consequents are linear; these follow by least squares. Errors are of held-back samples, in units of the
+    outputs' spread. They chose the rules, so samples that the search has not seen (--test) say more. The
     mark stands at the smallest system whose error is within one standard error of the least.
 
     \b

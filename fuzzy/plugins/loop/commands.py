@@ -113,9 +113,9 @@ def step(
     """Close the loop of a system with your own plant, and print the figures of its step response.
 
     Inputs are called error (e), error_rate (de), error_sum (ie); outputs u, which acts directly, or du, which is
-    integrated. With --json also the samples are printed. A PID by a published rule stands beside it. Without --plant
-    the loop is simulated that the designer kept in the file. A plant with operating points is simulated at each, and as
-    its variable moves; an input with the role scheduling takes that variable.
+    integrated. --json also prints the samples. A PID by a published rule is shown beside it. Without --plant
+    the command simulates the loop that the designer kept in the file. It simulates a plant with operating points at
+    each, and as its variable moves; an input with the role scheduling takes that variable.
 
     \b
     Example:

@@ -33,8 +33,8 @@ def convert(
 
     .fis is a normalised MATLAB file, .fll one of FuzzyLite, which FILE may be too, .txt the rules as sentences, .json a
     description of everything. A Mamdani system becomes a Sugeno system: each output set is a constant at its centroid,
-    or what --fit makes of it by least squares. What was changed is printed, and how far the two systems are apart on a
-    grid over the inputs.
+    or what --fit makes of it by least squares. The command prints what it changed, and how far the two systems are
+    apart on a grid over the inputs.
 
     \b
     Example:

@@ -40,9 +40,7 @@ def tune(
     ] = "memberships,consequents",
     solve: Annotated[bool, option("Solve each candidate's consequents by least squares: they need not move.")] = False,
     symmetric: Annotated[bool, option("Keep the symmetry of a system that answers to both sides alike.")] = False,
-    check: Annotated[
-        Path | None, option("Data not tuned on: of the best so far the one that errs least here.", "CHECK.csv")
-    ] = None,
+    check: Annotated[Path | None, option("Data not tuned on; they choose among the best so far.", "CHECK.csv")] = None,
     evaluations: Annotated[int, option("How many systems are tried.", min=1)] = 1000,
     seed: Annotated[int, option("The seed of the search, and of shuffled folds.", min=0)] = 1,
     engine: Annotated[str, option("cmaes, or random.")] = "cmaes",
@@ -59,11 +57,11 @@ def tune(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Tune a system on a table: look for the memberships and consequents with which it errs least.
+    """Tune a system on a table: search the memberships and consequents with which it errs least.
 
-    Memberships stay ordered and covering. It needs no gradient, so weights of rules, choices of consequents and rules
-    that are left out may move too; a system whose numbers alone move learns faster with `anfis train --start`. With
-    --solve memberships move and the consequents follow, which finds far more in the same number of evaluations. Columns
+    Memberships stay ordered and covering. The search needs no gradient, so weights of rules, choices of consequents and
+    rules that are left out may move too. If only numbers move, `anfis train --start` learns faster. With
+    --solve memberships move and the consequents follow, which gains far more in the same number of evaluations. Columns
     are found by name. Ctrl-C writes the best so far.
 
     \b

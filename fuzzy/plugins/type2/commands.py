@@ -22,8 +22,8 @@ def type2(
 ) -> None:
     """Make an interval type-2 system: each term lies between FILE's membership function and a lower one.
 
-    "fuzzy evaluate" takes the file that is written, and "fuzzy plot" draws its footprint of uncertainty. MATLAB reads
-    it as the upper system. Whether type-2 pays is measured: see the documentation, "Does type-2 help?".
+    "fuzzy evaluate" takes the written file, and "fuzzy plot" draws its footprint of uncertainty. MATLAB reads
+    it as the upper system. The documentation measures whether type-2 pays: "Does type-2 help?".
 
     \b
     Example:

@@ -29,7 +29,7 @@ def ablate(
     crossings: Annotated[int, option("Number of random crossings that a team drives; 0: none.", min=0)] = 40,
     courses: Annotated[int, option("Number of random obstacle courses that it drives; 0: none.", min=0)] = 16,
     seeds: Annotated[int, option("Number of seeds on each scenario; 0: none.", min=0)] = 20,
-    shuffles: Annotated[int, option("How often each rule base's consequents are dealt out anew.", min=0)] = 2,
+    shuffles: Annotated[int, option("How often each rule base's consequents are shuffled.", min=0)] = 2,
     seed: Annotated[int, option("The first seed.", min=0)] = 0,
     workers: Annotated[int | None, option("Number of processes. Default: one for each core.", min=1, max=1000)] = None,
     out: Annotated[
@@ -41,8 +41,8 @@ def ablate(
 ) -> None:
     """Drive a law without each of its rule bases, with their consequents shuffled, without rules, without emergency.
 
-    Everything drives on the same runs as the whole law; the differences are told with their 95 % intervals. A part that
-    is worth nothing in what was driven may go, or be worth something elsewhere: --on drives other scenarios.
+    Everything drives on the same runs as the whole law; the differences have 95 % intervals. A part that is worth
+    nothing in these runs may go, or be worth something elsewhere: --on drives other scenarios.
 
     \b
     Example:

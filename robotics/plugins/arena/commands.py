@@ -39,11 +39,11 @@ def arena(
 ) -> None:
     """Which law, when, by how much? Tune every law alike, then compare them on unseen runs.
 
-    The arena "default" asks it of laws that track a path, the arena "tasks" of teams that cooperate, meet and go round
+    The arena "default" compares laws that track a path, the arena "tasks" teams that cooperate, meet and go round
     obstacles. Both take minutes; "demo" and "tasks-demo" are small ones of seconds.
 
-    Says first how much there is to do. Writes a page, arena.html or tasks.html, with the answer in one figure and ten
-    sentences, results.csv, a table a law, figures and the tuned laws. After a stop the same command goes on from there.
+    It first says how much there is to do. It writes a page, arena.html or tasks.html, with the answer in one figure and
+    ten sentences, results.csv, a table a law, figures and the tuned laws. After a stop the same command goes on.
 
     \b
     Example:

@@ -49,7 +49,7 @@ def run_arena(
     announce: Callable[[str], None] = lambda text: None,
     command: str | None = None,
 ) -> Outcome:
-    """Hold an arena: tune every law with the same budget, choose, test, and write all that came of it into a folder.
+    """Hold an arena: tune every law with the same budget, choose, test, and write all results into a folder.
 
     The files are arena.html, figures/, results.csv (a row a run of the test), summary.csv (a row a law), pairs.csv,
     budgets.csv and robustness.csv, tuned/LAW with the chosen law, and searches/ and runs/, from which a stopped arena

@@ -39,13 +39,13 @@ def c(
 ) -> None:
     """Write a law's control step as C99: no malloc, no library but math.h, its state in a struct.
 
-    Written can be fuzzy (with any rule base of a robot's own motion and its reference), fuzzy-lateral,
-    fuzzy-correcting, lyapunov, lqr, pid, csm, assm, qssm and esm. --verify needs a C compiler, and exits with 1 if the
-    robot with the C, in double, is not within 1e-9 m of the one with the law here, in a whole run of each of three
-    seeds, with encoders that count finely where those of the robot do not tell; in float the greatest distance is
-    printed. With safe=yes behind the law the monitor of passive safety is below it, in a team one that hears those of
-    robots that are alike; what its sensors do not see is printed. Of any other law that commands velocities, and says
-    safe=yes, the monitor alone is written: the order is handed to it.
+    It writes fuzzy (with any rule base of a robot's own motion and its reference), fuzzy-lateral, fuzzy-correcting,
+    lyapunov, lqr, pid, csm, assm, qssm and esm. --verify needs a C compiler. It drives a whole run of each of three
+    seeds, with encoders that count finely where those of the robot do not tell, and exits with 1 if the robot with the
+    C, in double, is not within 1e-9 m of the one with the law here; in float it prints the greatest distance. With
+    safe=yes behind the law the monitor of passive safety is below it, in a team of like robots one that hears the
+    others'; the command prints what its sensors do not see. Of any other law that commands velocities and says
+    safe=yes, it writes the monitor alone, which takes the order.
 
     \b
     Example:

@@ -89,9 +89,9 @@ def certify(
 ) -> None:
     """Certify the stability of the Lyapunov law, decay rate and region, or of parallel compensation, decay rate.
 
-    Both by linear matrix inequalities. Of a LAW that corrects its reference, such as a rule base of dv and bend, a
-    region of the sampled loop with its wheels is certified, over boxes; another program checks its file again. Of
-    virtual structure, how fast the path parameters of a team agree over a radio that is late and loses messages.
+    Both use linear matrix inequalities. For a LAW that corrects its reference, such as a rule base of dv and bend, it
+    certifies a region of the sampled loop with its wheels, over boxes; another program checks its file again. For
+    virtual structure, it certifies how fast the path parameters of a team agree over a radio that is late and lossy.
 
     \b
     Example:

@@ -28,7 +28,7 @@ def robot(
     force: Annotated[bool, option("With --write: overwrite a file that is there already.")] = False,
     json: Json = False,
 ) -> None:
-    """Show a robot: size, mass, limits, every number with its rule where it was derived, and its wheel loop.
+    """Show a robot: size, mass, limits, every number (with its rule if it is derived), and its wheel loop.
 
     \b
     Example:

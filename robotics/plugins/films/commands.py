@@ -28,7 +28,7 @@ def animate(
 ) -> None:
     """Show a saved run in motion: robots, paths, trails, targets, messages, faults and stops, with a time axis.
 
-    A .mp4 needs ffmpeg, the machine's own or that of the package imageio-ffmpeg; a .gif or .html needs none.
+    A .mp4 needs ffmpeg, the machine's own or that of the package imageio-ffmpeg; a .gif or .html does not.
 
     \b
     Example:

@@ -35,7 +35,7 @@ def identify(
 ) -> None:
     """Identify a robot from a minute of driving: latency, lag, limits, friction, dead band, wheels and noise.
 
-    Commands and measured velocities are enough; a pose that does not come from the wheels tells radii and axle, too.
+    Commands and measured velocities are enough; a pose that does not come from the wheels also tells radii and axle.
     Mass and size are the data sheet's. Every number has a 95 % interval, or a sentence that the log does not tell it.
 
     A CSV file has a header such as "time [s],v_command [m/s],w_command [rad/s],v [m/s],w [rad/s]", and may have the
@@ -114,9 +114,9 @@ def excite(
 ) -> None:
     """Write a minute of commands that tells most of a robot, and keeps it within a square.
 
-    Slow ramps for the dead band, then steps that lead back to where they began, chosen for what they tell
+    Slow ramps find the dead band; then come steps that lead back to where they began, chosen for what they tell
     (D-optimality). Robots drawn from a range around the data sheet, with wrong wheels and latencies up to 0.3 s, stay
-    inside, with a margin. Keep people away, and a hand at the switch: a robot that is out of the range may leave it.
+    inside, with a margin. Keep people away, and a hand at the switch: a robot out of that range may leave the square.
 
     The columns are time [s], v_command [m/s] and w_command [rad/s], every 50 ms: publish each row at its time on the
     topic cmd_vel (geometry_msgs/TwistStamped), and log cmd_vel and odom.

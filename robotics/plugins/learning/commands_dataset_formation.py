@@ -97,7 +97,7 @@ def formation(
 ) -> None:
     """Make data of leader-follower formations: what robots know, and what a law makes them do then.
 
-    Of a --scenario, or of a formation given by --path, --followers and so on, the columns are named by robot, as v_2.
+    With --scenario, or a formation given by --path, --followers and so on, the columns are named by robot, as v_2.
     Without either they are those of the thesis: what all robots do, by the leader's posture. FILE.card.md says what is
     in the file, and how it was made. The same options give the same file.
 

@@ -51,7 +51,7 @@ def rules_(
     seed: Annotated[int, option("The first seed.", min=0)] = 0,
     unseen: Annotated[int, option("Seeds after these, on which both laws drive at the end.", min=1)] = 10,
     front: Annotated[
-        str, option("Other numbers of rules that are learnt with, too, to tell what each loses: 2,4,8,16,30.", "N,...")
+        str, option("Also learn with these numbers of rules, to tell what each loses: 2,4,8,16,30.", "N,...")
     ] = "",
     plot: Annotated[Path | None, option("Draw the error over the number of rules.", "--plot", "FILE")] = None,
     data: Annotated[Path | None, option("Save the samples, with names and units in the header.", "FILE.csv")] = None,

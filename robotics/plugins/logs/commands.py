@@ -42,9 +42,9 @@ def from_bag(
 ) -> None:
     """Make training data of logged drives: what a robot knew, and what it was commanded then.
 
-    Odometry and commands are enough, of any robot that ROS 2 drives. With a moving target or a path in the log the
+    Odometry and commands of any robot on ROS 2 are enough. With a moving target or a path in the log the
     table says how it follows these, else how it drives from where it is to where it was a little later. `anfis train`
-    learns from the table, and the law fuzzy drives by what it has learnt. FILE.card.md says what is in the table.
+    learns from the table, and the law fuzzy drives by the result. FILE.card.md says what is in the table.
 
     \b
     Example:

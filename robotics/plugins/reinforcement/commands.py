@@ -30,7 +30,7 @@ def reinforce(
     out: Annotated[Path, option("File into which the policy goes.", "--out", "-o", "FILE.json")] = Path("policy.json"),
     arena: Annotated[
         str | None,
-        option("An arena, on whose sorts of random scenarios for tuning is learnt.", "ARENA", autocompletion=arenas),
+        option("Learn on the sorts of random scenarios on which this arena tunes.", "ARENA", autocompletion=arenas),
     ] = None,
     draws: Annotated[int, option("Number of random scenarios.", min=1)] = 96,
     steps: Annotated[int, option("Control periods of all robots together.", min=1)] = 3_000_000,
@@ -42,8 +42,8 @@ def reinforce(
 ) -> None:
     """Learn a policy by reinforcement: PPO of stable-baselines3, paid by minus the arena's cost.
 
-    The policy is a small network from errors, speeds and what lies ahead to v and turn rate. It is told by the arena's
-    cost on runs it has not learnt on: other random scenarios, or other seeds of the given ones.
+    The policy is a small network from errors, speeds and what lies ahead to v and turn rate. The arena's cost judges it
+    on new runs: other random scenarios, or other seeds of the given ones.
 
     \b
     Example:

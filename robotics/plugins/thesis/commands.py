@@ -13,8 +13,8 @@ def regenerate(
 ) -> None:
     """Make all computed files of datasets/ again, byte for byte: formation data with cards, the thesis's systems.
 
-    The systems, .fis files, are made from the tables in FOLDER/thesis, which are transcribed and stay as they are;
-    without them only the formation data are made.
+    The tables in FOLDER/thesis, which are transcribed and stay as they are, give the systems, .fis files; without them
+    the command makes only the formation data.
 
     \b
     Example:

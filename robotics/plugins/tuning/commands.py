@@ -31,20 +31,16 @@ def tune(
     on: Annotated[list[str], argument("Names or .toml files to tune on.", "SCENARIO", autocompletion=scenarios)],
     unseen: Annotated[
         str | None,
-        option(
-            "Scenarios not tuned on, where before and after are compared. Default: other packaged tracking ones.", "C,D"
-        ),
+        option("Scenarios not tuned on, to compare before and after. Default: other packaged tracking ones.", "C,D"),
     ] = None,
     noise: Annotated[bool, option("Measure postures with 3 mm and 3 mrad of noise where nothing is random.")] = False,
     seeds: Annotated[int, option("Seeds of each candidate on each scenario.", min=1)] = 20,
-    evaluations: Annotated[
-        int, option("Number of candidates that are tried, the law as it is included.", min=1)
-    ] = 1000,
+    evaluations: Annotated[int, option("Number of candidates, including the law as it is.", min=1)] = 1000,
     seed: Annotated[int, option("The seed of the search.", min=0)] = 1,
     engine: Annotated[str, option("What searches: cmaes, or random.")] = "cmaes",
     space: Annotated[str | None, option("What may move, and the cost: see `robotics new tuning`.", "FILE.toml")] = None,
     pareto: Annotated[bool, option("Look for the front between the cost's two objectives.")] = False,
-    check_seeds: Annotated[int, option("Unseen seeds by which before and after are compared; 0: none.", min=0)] = 200,
+    check_seeds: Annotated[int, option("Unseen seeds to compare before and after; 0: none.", min=0)] = 200,
     out: Annotated[Path | None, option("Folder of the results. Default: out/tune-LAW", "--out", "-o", "FOLDER")] = None,
     fresh: Annotated[bool, option("Discard what FOLDER holds of a search.")] = False,
     workers: Annotated[int | None, option("Number of threads. Default: one for each core.", min=1, max=1000)] = None,
@@ -54,8 +50,8 @@ def tune(
 ) -> None:
     """Tune a law through the closed loop: its gains, the memberships and the consequents of its rule bases.
 
-    All candidates drive with the same seeds. Writes history.csv, one row an evaluation, the tuned rule bases as .fis,
-    result.json and evaluations.png. After a stop the same command goes on from there; Ctrl-C keeps the best.
+    All candidates drive with the same seeds. It writes history.csv, one row an evaluation, the tuned rule bases as
+    .fis, result.json and evaluations.png. After a stop the same command goes on from there; Ctrl-C keeps the best.
 
     \b
     Example:

@@ -69,7 +69,7 @@ class Member:
         "Where the robot starts: x, y and heading; with an offset it may be left out.", example=[0.0, 0.0, 0.0]
     )
     path: Shape = described("The path that the robot shall follow.", missing=_NO_PATH)
-    timing: Timing = described("When the robot shall be where on its path.")
+    timing: Timing = described("The timetable of the robot along its path.")
     goal: Goal | None = described("Where the robot shall come to, at no stated time, instead of path and timing.", None)
     start_spread: Pose = described(
         "How far each seed's start lies from start at most, evenly: in x, y and heading.", (0.0, 0.0, 0.0)
@@ -120,7 +120,7 @@ class VirtualRobot:
 
     path: Shape = described("The path of the virtual robot.", missing=_NO_PATH)
     timing: Timing = described(
-        "When the virtual robot shall be where on its path.",
+        "The timetable of the virtual robot along its path.",
         missing="the virtual robot needs a timing, such as timing = { duration = 30.0 }",
     )
 
@@ -160,7 +160,7 @@ class Scenario:
         10.0, "m", above=0, doc="The distance from its reference at which a robot is stopped, as diverged."
     )
     sensing: Sensing = described("How the robots know their posture.", default_factory=Sensing)
-    knowledge: Knowledge = described("What every law is given that can use it.", default_factory=Knowledge)
+    knowledge: Knowledge = described("Knowledge for every law that can use it.", default_factory=Knowledge)
     sensors: Mapping[str, RangeSensor] | None = described(
         "The range sensors that each robot carries; left out: those of the robot's own file.", None
     )

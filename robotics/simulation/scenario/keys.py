@@ -34,7 +34,7 @@ def scenario_table() -> KeyTable:
     virtual = table_of(VirtualRobot, "virtual", _SPECIALS)
     also = (
         Key("robots", "The robots, in the order of their numbers.", "tables", table=robots, required=True),
-        Key("robot", "Which robot all are; left out: the EtsRo.", "table", table=robot, or_text=_NAME),
+        Key("robot", "The robot that all are; left out: the EtsRo.", "table", table=robot, or_text=_NAME),
         Key("virtual", "The virtual robot of a formation by offsets.", "table", table=virtual),
     )
     by_name = {key.name: key for key in keys_of(Scenario, _SPECIALS, also=also)}

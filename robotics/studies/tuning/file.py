@@ -109,7 +109,7 @@ _FILES = TomlFiles("tunings", "tuning", TuningError)
 
 
 def load_tuning(name: str | Path) -> TuningFile:
-    """Read a tuning: a law, what of it may move, scenarios, a budget and a cost.
+    """Read a tuning: a law, what may move of it, scenarios, a budget and a cost.
 
     Args:
         name: The name of one that comes with the package, or a ``.toml`` file.

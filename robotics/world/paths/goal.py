@@ -56,7 +56,7 @@ class Goal:
         example=[[1.5, 0.5], [2.5, 0.5], [2.5, 1.5], [1.5, 1.5]],
     )
     path: Shape | None = described("The path along which the goal moves, instead of a place.", None)
-    timing: Timing | None = described("When the goal is where on its path.", None)
+    timing: Timing | None = described("The timetable of the goal along its path.", None)
     within: float = quantity(0.05, "m", above=0, doc="How near its center shall come; of a region it is not used.")
     heading_within: float = turn(0.1, doc="How near its heading shall come, where there is one.")
     hold: float = quantity(1.0, "s", least=0, doc="How long it shall be there without a break to have reached it.")

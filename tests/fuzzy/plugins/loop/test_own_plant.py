@@ -1,5 +1,6 @@
 """The page docs/howto/own-plant.md: its snippets run as written, one after the other."""
 
+import re
 from pathlib import Path
 
 from fuzzy.plugins.loop.plant import TransferFunction
@@ -31,10 +32,13 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
         else:
             (tmp_path / "plant.py").write_text(text, encoding="utf-8")
         said += capsys.readouterr().out
-    assert kinds == ["python", "toml", "sh", "python", "sh", "sh", "toml", "python", "py", "sh", "python"]
+    assert kinds == ["python", "toml", "sh", "python", "python", "sh", "sh", "toml", "python", "py", "sh", "python"]
     assert (tmp_path / "step.png").stat().st_size > 10_000
     assert said.count("Overshoot [%]") == 20
     assert "SIMC (Skogestad 2003)" in said
+    assert re.search(r"0\.0 s late, Ku = 4: overshoot 0 %, settled: [1-5]", said)
+    assert re.search(r"0\.6 s late, Ku = 1: overshoot 6 %, settled: [45]", said)
+    assert re.search(r"0\.6 s late, Ku = 4: overshoot \d\d %, settled: None", said)
     overshoot, settling, recovery = map(float, said.splitlines()[-1].split())
     assert overshoot < 20
     assert settling < 20

@@ -157,7 +157,7 @@ def test_the_command_certifies_it(capsys):
     assert printed["decay"] == pytest.approx(2.0, rel=1e-3)  # that of d: 0.2 / 0.1 1/s
     assert main(["certify", "--law", "pdc", "--distance", "0.1", "0.5"]) == 0
     text = capsys.readouterr().out
-    assert "Of 20 rules the 6 with |alpha| <= 0.5 rad and 0.1 <= d <= 0.5 m" in text
+    assert "6 of 20 rules, those with |alpha| <= 0.5 rad and 0.1 <= d <= 0.5 m" in text
     assert main(["certify", "--law", "pdc", "--alpha", "2"]) == 2
     assert "no common P was found for these 20 rules and the 75 pairs" in capsys.readouterr().err
     assert main(["certify", "--law", "csm"]) == 2
