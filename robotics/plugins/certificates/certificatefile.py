@@ -1,7 +1,7 @@
 """The file of a certificate: all that its checker needs, as JSON, in decimals that read back the same."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,16 +13,13 @@ from robotics.plugins.certificates.checker import FORMAT
 from robotics.plugins.certificates.loopcolumns import ASKED, LevelColumns, LoopColumns
 from robotics.plugins.certificates.loopmodel import ClosedLoop
 from robotics.plugins.certificates.regions import LoopCertificate
-from robotics.plugins.certificates.statechecker import FORMAT as STATES_FORMAT
+from robotics.plugins.certificates.statechecker import STATES_FORMAT
 from robotics.plugins.certificates.wheels import WINDOW
-
-if TYPE_CHECKING:
-    from robotics.plugins.certificates.commandstates import StateCertificate
 
 _ROWS = ("formula", "count", "places", "given")
 
 
-def contents(certificate: "LoopCertificate | StateCertificate") -> dict[str, Any]:
+def contents(certificate: Any) -> dict[str, Any]:
     """What a file holds of a certificate, as values of JSON."""
     about = {"law": certificate.loop.title, **numbers_of(certificate.loop)}
     if isinstance(certificate, LoopCertificate):
@@ -43,7 +40,7 @@ def numbers_of(loop: ClosedLoop) -> dict[str, Any]:
     }
 
 
-def write_certificate(certificate: "LoopCertificate | StateCertificate", path: str | Path) -> None:
+def write_certificate(certificate: Any, path: str | Path) -> None:
     """Write a certificate's file."""
     write_json(path, contents(certificate))
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from robotics.plugins.certificates.checker import RefutedError, check_levels
-from robotics.plugins.certificates.statechecker import FORMAT, check_states
+from robotics.plugins.certificates.statechecker import STATES_FORMAT, check_states
 
 
 def check(data):
@@ -15,7 +15,7 @@ def check(data):
     try:
         data = json.loads(data) if isinstance(data, bytes) else data
         check_loop(data["loop"])
-        if data["format"] == FORMAT:
+        if data["format"] == STATES_FORMAT:
             check_states(data)
         else:
             check_levels(data)

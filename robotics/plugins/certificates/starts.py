@@ -1,7 +1,7 @@
 """Simulated starts in a certified region, with the simulator's plant: what a wrong proof or assumption has to fear."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +11,6 @@ from robotics.plugins.certificates.wheels import WINDOW, Drives, differences, dr
 from robotics.world.vehicle import plant
 from robotics.world.vehicle.plant import STEP, Plant, TruthColumns
 from robotics.world.vehicle.robot import Robot
-
-if TYPE_CHECKING:
-    from robotics.plugins.certificates.commandstates import StateCertificate
-    from robotics.plugins.certificates.regions import LoopCertificate
 
 
 @dataclass(frozen=True)
@@ -33,7 +29,7 @@ class Starts:
 
 
 def simulate_starts(
-    certificate: "LoopCertificate | StateCertificate",
+    certificate: Any,
     robot: Robot,
     starts: int,
     duration: float = 10.0,
@@ -124,7 +120,7 @@ def asked(loop: ClosedLoop, z: np.ndarray, v_r: np.ndarray, w_r: np.ndarray) -> 
     return v, w_r + found.get("dw", 0.0) + speed * found.get("bend", 0.0)
 
 
-def wheels_in_region(certificate: "LoopCertificate | StateCertificate", robot: Robot, starts: int = 400) -> str:
+def wheels_in_region(certificate: Any, robot: Robot, starts: int = 400) -> str:
     """What the wheels did in the region that is not assumed of them; empty: nothing."""
     wheels, drives = certificate.loop.wheels, simulate_starts(certificate, robot, starts, 3.0).drives
     steady, reversing, beyond = differences(robot, wheels, drives)

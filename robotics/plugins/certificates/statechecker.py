@@ -14,8 +14,8 @@ import numpy as np
 
 from robotics.plugins.certificates.checker import LIBRARY, Boxes, RefutedError, fired, mean, up
 
-FORMAT = "fuzzyfleet loop certificate of states 1"
-BOXES, PIECE, SYMBOLS = 300_000, 4096, 5  # boxes at most; how many at once; X, Y, ψ, v_r and the curvature
+STATES_FORMAT = "fuzzyfleet loop certificate of states 1"
+_BOXES, _PIECE, SYMBOLS = 300_000, 4096, 5  # boxes at most; how many at once; X, Y, ψ, v_r and the curvature
 SLACK, _ROUND, _LEAST = 1e-4, 2e-15, 1e-6  # the first: what √V may exceed where it is above ``inner``
 _STEADY = "v_rate", "w_rate", "position_noise", "heading_noise"
 _EXACT = 1e-12  # relative: more than entries of the loop's matrices are off
@@ -129,7 +129,7 @@ def infer(rules, x):
     return found, hole
 
 
-class Loop:
+class StateLoop:
     """The loop about one speed of the reference: ζ(k+1) = A ζ + G r, |what else is added| by V's norm."""
 
     def __init__(self, k, f):
@@ -294,7 +294,7 @@ def check_states(d):
         raise RefutedError("the speeds are not all covered")
 
 
-def check_cell(d, f, boxes=BOXES):
+def check_cell(d, f, boxes=_BOXES):
     """The same for one range of speeds; returns how many boxes it took, and the loop."""
     k, P, (low, high) = d["loop"], np.array(f["P"], float), f["speed"]
     groups = int(k["groups"])
@@ -306,7 +306,7 @@ def check_cell(d, f, boxes=BOXES):
     ):
         if not holds:
             raise RefutedError(wrong)
-    loop = Loop(k, f)
+    loop = StateLoop(k, f)
     if not f["fall"] + SLACK + loop.past + loop.off < 1 - 1e-12:
         by = f"√V by {loop.past:.2g} of what it was and {loop.off:.2g}"
         raise RefutedError(f"what the wheels may differ keeps V from falling: {by}")
@@ -321,7 +321,7 @@ def split(d, f, loop, limit):
     whole = boxes[1, :, 0] - boxes[0, :, 0] + 1e-300
     weight = np.array([1.0, 1.0, 1.0, 0.2, 0.2])[:, None]
     while boxes.size:
-        boxes, rest = boxes[..., -PIECE:], boxes[..., :-PIECE]
+        boxes, rest = boxes[..., -_PIECE:], boxes[..., :-_PIECE]
         boxes = boxes[..., loop.least(boxes) <= 1]
         count += boxes.shape[2]
         boxes = boxes[..., ~loop.falls(d, boxes)]

@@ -23,7 +23,7 @@ from robotics.plugins.certificates.commandstates import StateCertificate, certif
 from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
 from robotics.plugins.certificates.regions import QUICK_EFFORT
 from robotics.plugins.certificates.starts import asked, simulate_starts, wheels_in_region
-from robotics.plugins.certificates.statechecker import SLACK, SYMBOLS, Affine, Loop, infer, positive
+from robotics.plugins.certificates.statechecker import SLACK, SYMBOLS, Affine, StateLoop, infer, positive
 from tests.robotics.plugins.certificates.test_loop_certificate import NARROW, systems
 from tests.robotics.world.vehicle.etsro import ETSRO
 
@@ -84,7 +84,7 @@ def certificate():
 def test_in_a_period_of_the_kinematics_v_falls_as_it_is_claimed(certificate):
     rng, loop, k = np.random.default_rng(0), certificate.loop, numbers_of(certificate.loop)["loop"]
     (cell,), T, s, w = certificate.cells, k["period"], k["fresh"], np.array([k["v_weight"][:3], k["w_weight"][:3]])
-    P, about = np.array(cell["P"]), Loop(k, cell)
+    P, about = np.array(cell["P"]), StateLoop(k, cell)
     root, reach = np.linalg.inv(np.linalg.cholesky(P).T), np.sqrt(np.diag(np.linalg.inv(P)))[[3, 5]]
     falls = []
     for _ in range(120):
