@@ -20,7 +20,7 @@ from robotics.plugins.certificates.loopcolumns import LoopColumns
 from robotics.plugins.certificates.loopmodel import ClosedLoop
 from robotics.plugins.certificates.regions import LoopCertificate, SearchEffort, cells_of, certify_loop, where
 from robotics.plugins.certificates.starts import asked
-from robotics.plugins.certificates.statechecker import SLACK, StateLoop, check_cell
+from robotics.plugins.certificates.statechecker import FALL_SLACK, StateLoop, check_cell
 from robotics.plugins.certificates.wheels import WINDOW, Drives
 
 _FALLS = (0.955, 0.965, 0.975)  # of √V in a period, of candidates
@@ -59,7 +59,7 @@ class StateCertificate:
 
     @property
     def _falls(self) -> np.ndarray:
-        return np.array([cell["fall"] for cell in self.cells]) + SLACK
+        return np.array([cell["fall"] for cell in self.cells]) + FALL_SLACK
 
     @property
     def ultimate(self) -> float:
@@ -172,7 +172,7 @@ def _cell(
                 cell = {"speed": list(speed), "P": scaled.tolist(), "fall": fall, "inner": _INNER}
                 try:
                     near = StateLoop(numbers["loop"], cell)
-                    cell["fall"] = 1 - SLACK - near.past - near.off / end
+                    cell["fall"] = 1 - FALL_SLACK - near.past - near.off / end
                     boxes, near = check_cell(numbers, cell)
                 except RefutedError as error:
                     why = str(error) if best is None else why

@@ -15,8 +15,8 @@ import numpy as np
 from robotics.plugins.certificates.checker import LIBRARY, Boxes, RefutedError, fired, mean, up
 
 STATES_FORMAT = "fuzzyfleet loop certificate of states 1"
-_BOXES, _PIECE, SYMBOLS = 300_000, 4096, 5  # boxes at most; how many at once; X, Y, ψ, v_r and the curvature
-SLACK, _ROUND, _LEAST = 1e-4, 2e-15, 1e-6  # the first: what √V may exceed where it is above ``inner``
+_BOXES, _PIECE, AFFINE_SYMBOLS = 300_000, 4096, 5  # boxes at most; how many at once; X, Y, ψ, v_r and the curvature
+FALL_SLACK, _ROUND, _LEAST = 1e-4, 2e-15, 1e-6  # the first: what √V may exceed where it is above ``inner``
 _STEADY = "v_rate", "w_rate", "position_noise", "heading_noise"
 _EXACT = 1e-12  # relative: more than entries of the loop's matrices are off
 
@@ -26,7 +26,7 @@ class Affine:
 
     def __init__(self, middle, slope=0.0, rest=0.0):
         self.middle = np.atleast_1d(middle)
-        self.slope = slope + np.zeros((SYMBOLS, *[1] * self.middle.ndim))
+        self.slope = slope + np.zeros((AFFINE_SYMBOLS, *[1] * self.middle.ndim))
         self.rest = rest + _ROUND * (np.abs(self.middle) + np.abs(self.slope).sum(0)) + 1e-300
 
     @property
@@ -179,7 +179,7 @@ class StateLoop:
 
     def prepare(self, f):
         """Find the form that boxes are about, and what is known of the mean of a."""
-        self.slack = 2 * SLACK * f["fall"] * f["inner"] ** 2
+        self.slack = 2 * FALL_SLACK * f["fall"] * f["inner"] ** 2
         self.form, self.near = schur(self.P, self.step, f["fall"] ** 2)
         # The mean of a is ahead'δ + fresh u, within aside √(1 − δ'Nδ) and what the wheels differ
         P, n = self.P, len(self.P)
@@ -197,7 +197,7 @@ class StateLoop:
         k, t = d["loop"], d["loop"]["period"]
         middle, half = boxes.mean(axis=0), (boxes[1] - boxes[0]) / 2 * (1 + _ROUND) + 4e-16 * np.abs(boxes).max(axis=0)
         x, y, psi, v_r, bend = (
-            Affine(m, h * e[:, None]) for m, h, e in zip(middle, half, np.eye(SYMBOLS), strict=True)
+            Affine(m, h * e[:, None]) for m, h, e in zip(middle, half, np.eye(AFFINE_SYMBOLS), strict=True)
         )
         cos, sin, w_r = psi.cos(), psi.sin(), v_r * bend
         x_err, y_err = cos * x - sin * y, sin * x + cos * y
@@ -231,7 +231,7 @@ class StateLoop:
         signals, bad = self.signals(d, boxes)
         shape = boxes.shape[2]
         middle = np.array([e.middle + np.zeros(shape) for e in signals])
-        slope = np.array([e.slope + np.zeros((SYMBOLS, shape)) for e in signals])  # (7, 5, n)
+        slope = np.array([e.slope + np.zeros((AFFINE_SYMBOLS, shape)) for e in signals])  # (7, 5, n)
         rest, M = np.array([e.rest + np.zeros(shape) for e in signals]), self.form
         turned = np.einsum("ij,jsn->isn", M, slope)
         at, bent = M @ middle, np.einsum("isn,itn->stn", slope, turned)
@@ -307,7 +307,7 @@ def check_cell(d, f, boxes=_BOXES):
         if not holds:
             raise RefutedError(wrong)
     loop = StateLoop(k, f)
-    if not f["fall"] + SLACK + loop.past + loop.off < 1 - 1e-12:
+    if not f["fall"] + FALL_SLACK + loop.past + loop.off < 1 - 1e-12:
         by = f"√V by {loop.past:.2g} of what it was and {loop.off:.2g}"
         raise RefutedError(f"what the wheels may differ keeps V from falling: {by}")
     loop.prepare(f)

@@ -23,7 +23,7 @@ from robotics.plugins.certificates.commandstates import StateCertificate, certif
 from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
 from robotics.plugins.certificates.regions import QUICK_EFFORT
 from robotics.plugins.certificates.starts import asked, simulate_starts, wheels_in_region
-from robotics.plugins.certificates.statechecker import SLACK, SYMBOLS, Affine, StateLoop, infer, positive
+from robotics.plugins.certificates.statechecker import AFFINE_SYMBOLS, FALL_SLACK, Affine, StateLoop, infer, positive
 from tests.robotics.plugins.certificates.test_loop_certificate import NARROW, systems
 from tests.robotics.world.vehicle.etsro import ETSRO
 
@@ -35,12 +35,12 @@ pytest.importorskip("cvxpy")
 def test_the_linear_functions_enclose_every_sample_of_a_rule_base(fis, seed):
     rng = np.random.default_rng(seed)
     middle, half = rng.uniform(-1.8, 1.8, (2, 20)), 10.0 ** rng.uniform(-4, -0.3, 20)
-    slope = rng.uniform(-1, 1, (2, SYMBOLS, 20)) * half
+    slope = rng.uniform(-1, 1, (2, AFFINE_SYMBOLS, 20)) * half
     said, hole = infer(_rules(fis, ["a", "b"]), [Affine(m, s) for m, s in zip(middle, slope, strict=True)])
-    signs = rng.uniform(-1, 1, (SYMBOLS, 50, 20))
+    signs = rng.uniform(-1, 1, (AFFINE_SYMBOLS, 50, 20))
     points = middle[:, None] + np.einsum("iks,kns->ins", slope, signs)
     true = infer_quietly(fis, np.moveaxis(points, 0, -1)).output[..., 0]
-    linear = said["o"].middle + np.einsum("ks,kns->ns", said["o"].slope + np.zeros((SYMBOLS, 20)), signs)
+    linear = said["o"].middle + np.einsum("ks,kns->ns", said["o"].slope + np.zeros((AFFINE_SYMBOLS, 20)), signs)
     assert ((abs(true - linear) <= said["o"].rest) | hole).all()
 
 
@@ -48,8 +48,10 @@ def test_the_linear_functions_enclose_every_sample_of_a_rule_base(fis, seed):
 @given(st.integers(0, 2**32 - 1))
 def test_sums_products_and_cosines_of_linear_functions_enclose_samples(seed):
     rng = np.random.default_rng(seed)
-    x, y = (Affine(rng.uniform(-2, 2, 5), rng.uniform(-0.5, 0.5, (SYMBOLS, 5)), rng.uniform(0, 0.1, 5)) for _ in "xy")
-    signs = rng.uniform(-1, 1, (SYMBOLS, 40, 5))
+    x, y = (
+        Affine(rng.uniform(-2, 2, 5), rng.uniform(-0.5, 0.5, (AFFINE_SYMBOLS, 5)), rng.uniform(0, 0.1, 5)) for _ in "xy"
+    )
+    signs = rng.uniform(-1, 1, (AFFINE_SYMBOLS, 40, 5))
 
     def sample(f):
         return f.middle + np.einsum("ks,kns->ns", f.slope, signs) + f.rest * rng.uniform(-1, 1, (40, 5))
@@ -106,7 +108,7 @@ def test_in_a_period_of_the_kinematics_v_falls_as_it_is_claimed(certificate):
         end = solve_ivp(rates, (0, T), z[:3], rtol=1e-10, atol=1e-12).y[:, -1]
         after = np.concatenate([end, told[0, :2], told[1, :2]])
         before, now = np.sqrt(z @ P @ z), np.sqrt(after @ P @ after)
-        assert now <= (cell["fall"] + SLACK) * before + about.past + about.off
+        assert now <= (cell["fall"] + FALL_SLACK) * before + about.past + about.off
         falls.append(now / before)
     assert max(falls) > 0.95  # that the test is not about nothing
 
@@ -169,7 +171,7 @@ def test_no_start_of_the_plant_leaves_the_region(certificate, count):
 
 
 def test_the_rate_is_that_of_the_inequality_of_halanay(certificate):
-    fall, past, added = certificate.cells[0]["fall"] + SLACK, certificate.past[0], certificate.added[0]
+    fall, past, added = certificate.cells[0]["fall"] + FALL_SLACK, certificate.past[0], certificate.added[0]
     levels = [1.0] * 16
     for _ in range(2000):
         levels.append(fall * levels[-1] + past * max(levels[-16:]) + added)
