@@ -47,11 +47,8 @@ def test_the_linear_functions_enclose_every_sample_of_a_rule_base(fis, seed):
 @settings(max_examples=100, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_sums_products_and_cosines_of_linear_functions_enclose_samples(seed):
-    rng = np.random.default_rng(seed)
-    shape = (AFFINE_SYMBOLS, 5)
+    rng, shape = np.random.default_rng(seed), (AFFINE_SYMBOLS, 5)
     x, y = (Affine(rng.uniform(-2, 2, 5), rng.uniform(-0.5, 0.5, shape), rng.uniform(0, 0.1, 5)) for _ in "xy")
-        Affine(rng.uniform(-2, 2, 5), rng.uniform(-0.5, 0.5, (AFFINE_SYMBOLS, 5)), rng.uniform(0, 0.1, 5)) for _ in "xy"
-    )
     signs = rng.uniform(-1, 1, (AFFINE_SYMBOLS, 40, 5))
 
     def sample(f):
