@@ -7,8 +7,9 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.system import Sugeno
+from robotics.plugins.certificates.commandstates import StateCertificate, certified
 from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
-from robotics.plugins.certificates.regions import QUICK_EFFORT, LoopCertificate, certify_loop, where
+from robotics.plugins.certificates.regions import QUICK_EFFORT, LoopCertificate
 from robotics.plugins.certificates.starts import follow, wheels_in_region
 from robotics.simulation.scenario.robots import load_robot
 from robotics.world.vehicle.robot import Robot
@@ -23,7 +24,7 @@ PLANES = ((0, 1), (1, 2))  # of the errors X, Y and ψ, on which the region is d
 class LoopBadge:
     """The short answer about a rule base's own closed loop: a certificate, or why there is none."""
 
-    found: LoopCertificate | None
+    found: LoopCertificate | StateCertificate | None
     why: str  # empty: it is certified
 
     @property
@@ -35,11 +36,11 @@ class LoopBadge:
 def badge(law: Sugeno | str, robot: Robot, model: LoopModel | None = None) -> LoopBadge:
     """Certify a rule base, or a law by its specification, in a small region; or say what is in the way."""
     try:
-        found, failure = certify_loop(closed_loop(law, robot, model), QUICK_EFFORT)
+        found, why = certified(closed_loop(law, robot, model), QUICK_EFFORT)
     except InputError as error:
         return LoopBadge(None, str(error))
     if found is None:
-        return LoopBadge(None, where(failure) if failure else "")
+        return LoopBadge(None, why)
     wrong = wheels_in_region(found, robot)
     return LoopBadge(None, wrong) if wrong else LoopBadge(found, "")
 
@@ -52,20 +53,22 @@ def drawn(fis: Sugeno, robot: str, model: LoopModel) -> dict[str, Any]:
         return {"certified": False, "why": told.why}
     rng, z = np.random.default_rng(0), np.random.default_rng(1).standard_normal((_STARTS, 3))
     z *= np.sqrt(found.region / found.level(z))[:, None]
-    errors = follow(found.loop, machine, z, _DURATION, rng)[0][::_EVERY]
+    errors, drives = follow(found.loop, machine, z, _DURATION, rng, found.from_reference)
+    left = int((found.levels(errors, drives)[::_EVERY].max(axis=0) > found.region * (1 + 1e-9)).sum())
+    errors = errors[::_EVERY]
     return {
         "certified": True,
         "half_widths": found.half_widths().tolist(),
         "end": found.half_widths(found.ultimate).tolist(),
         "rate": found.rate,
-        "left": int((found.level(errors).max(axis=0) > found.region * (1 + 1e-9)).sum()),
+        "left": left,
         "starts": _STARTS,
         "outlines": [[_outline(found, level, pair) for level in (found.region, found.ultimate)] for pair in PLANES],
         "errors": [errors[:, :, list(pair)].swapaxes(0, 1).round(5).tolist() for pair in PLANES],
     }
 
 
-def _outline(found: LoopCertificate, level: float, pair: tuple[int, int]) -> list[list[float]]:
+def _outline(found: LoopCertificate | StateCertificate, level: float, pair: tuple[int, int]) -> list[list[float]]:
     """The shadow of V <= level on a plane of two errors (points, 2)."""
     shadow = np.linalg.cholesky(np.linalg.inv(found.P)[np.ix_(pair, pair)])
     angle = np.linspace(0, 2 * np.pi, 91)

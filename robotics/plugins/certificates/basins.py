@@ -11,6 +11,7 @@ from fuzzy.figures.drawing import COLORS, DOUBLE, styled_figure
 from robotics.laws.catalogue import label
 from robotics.measures.tracking import cross_track_error, timetable_error
 from robotics.plugins.certificates.badge import LoopBadge, badge
+from robotics.plugins.certificates.commandstates import StateCertificate
 from robotics.plugins.certificates.loopmodel import LoopModel
 from robotics.plugins.certificates.regions import LoopCertificate
 from robotics.simulation.loop import simulate
@@ -39,7 +40,7 @@ class Basin:
     """
 
     law: str
-    found: LoopCertificate | None
+    found: LoopCertificate | StateCertificate | None
     why: str
     starts: np.ndarray
     came: np.ndarray

@@ -203,7 +203,7 @@ def certify(model: SectorModel, decay: float | None = None) -> Certificate:
 
     Raises CertificateError where no common P exists or none has this rate, and without the extra ``certify``.
     """
-    _cvxpy()
+    cvxpy_module()
     vertices = model.vertices()
     fastest, _ = fastest_decay(vertices, _scale(model))
     asked = "" if decay is None else f" with the decay rate {decay:g} 1/s"
@@ -260,7 +260,8 @@ def _premises(model: SectorModel) -> str:
 # The semidefinite programs. ---------------------------------------------------------------------------------------
 
 
-def _cvxpy() -> Any:
+def cvxpy_module() -> Any:
+    """The package cvxpy; raises CertificateError without it."""
     try:
         import cvxpy
     except ImportError:
@@ -290,7 +291,7 @@ def _solved(problem: Any) -> bool:
     with warnings.catch_warnings(action="ignore"):
         try:
             problem.solve(solver="CLARABEL")
-        except _cvxpy().error.SolverError:
+        except cvxpy_module().error.SolverError:
             return False
     return problem.status in ("optimal", "optimal_inaccurate")
 
@@ -315,7 +316,7 @@ def fastest_decay(vertices: np.ndarray, scale: np.ndarray) -> tuple[float, np.nd
 
     Raises CertificateError without the extra ``certify``.
     """
-    cp = _cvxpy()
+    cp = cvxpy_module()
     q, matrices, constraints, rate = _inequalities(cp, vertices, scale)
     margin = cp.Variable()
     constraints += [cp.trace(q) == 3, q >> 1e-6 * np.eye(3), *(m << -margin * np.eye(3) for m in matrices)]
@@ -342,7 +343,7 @@ def fastest_decay(vertices: np.ndarray, scale: np.ndarray) -> tuple[float, np.nd
 
 def _largest(model: SectorModel, vertices: np.ndarray, alpha: float) -> np.ndarray | None:
     """The P with the rate ``alpha`` whose ellipsoid e'Pe <= 1 keeps the premises and is the largest by volume."""
-    cp, scale = _cvxpy(), _scale(model)
+    cp, scale = cvxpy_module(), _scale(model)
     q, matrices, constraints, rate = _inequalities(cp, vertices, scale)
     # |k e| <= 1 in the region for each row k, all of them at most 1 long: what the solver seeks has size 1.
     rows = np.concatenate([[[0.0, 0.0, 1 / model.heading]], model.feedback() / (model.turn - model.reference_turn)])

@@ -8,29 +8,39 @@ import numpy as np
 from fuzzy.files.atomic import write_json
 from fuzzy.membershipfunction import as_number
 from fuzzy.system import Linear, Sugeno
+from robotics.plugins.certificates.certificate import CertificateError
 from robotics.plugins.certificates.checker import FORMAT
 from robotics.plugins.certificates.loopcolumns import ASKED, LevelColumns, LoopColumns
+from robotics.plugins.certificates.loopmodel import ClosedLoop
 from robotics.plugins.certificates.regions import LoopCertificate
+from robotics.plugins.certificates.statechecker import STATES_FORMAT
 from robotics.plugins.certificates.wheels import WINDOW
 
 _ROWS = ("formula", "count", "places", "given")
 
 
-def contents(certificate: LoopCertificate) -> dict[str, Any]:
+def contents(certificate: Any) -> dict[str, Any]:
     """What a file holds of a certificate, as values of JSON."""
-    loop = certificate.loop
-    numbers, form = LoopColumns(loop.numbers), LevelColumns(certificate.form)
+    about = {"law": certificate.loop.title, **numbers_of(certificate.loop)}
+    if isinstance(certificate, LoopCertificate):
+        form = LevelColumns(certificate.form)
+        return {"format": FORMAT, **about, "V": {n: float(getattr(form, n)) for n in LevelColumns.columns}}
+    return {"format": STATES_FORMAT, **about, "V": list(certificate.cells)}
+
+
+def numbers_of(loop: ClosedLoop) -> dict[str, Any]:
+    """What it holds of a loop; raises CertificateError for a weighted sum, which the checker does not know."""
+    numbers = LoopColumns(loop.numbers)
+    if loop.rules is not None and loop.rules.defuzzification != "wtaver":
+        raise CertificateError(f"{loop.title}: a certificate's file is of rules with the weighted average only")
     told = {name: getattr(numbers, name) for name in LoopColumns.columns if name not in _ROWS}
     return {
-        "format": FORMAT,
-        "law": loop.title,
         "loop": {n: v.tolist() if np.ndim(v) else float(v) for n, v in told.items()} | {"window": float(WINDOW)},
         "rules": None if loop.rules is None else _rules(loop.rules, [ASKED[int(i)] for i in numbers.places]),
-        "V": {name: float(getattr(form, name)) for name in LevelColumns.columns},
     }
 
 
-def write_certificate(certificate: LoopCertificate, path: str | Path) -> None:
+def write_certificate(certificate: Any, path: str | Path) -> None:
     """Write a certificate's file."""
     write_json(path, contents(certificate))
 

@@ -179,7 +179,8 @@ def _print_claims(report: Mapping[str, Any]) -> None:
 
 def _verify(path: Path, json: bool) -> None:
     from fuzzy.errors import InputError
-    from robotics.plugins.certificates.checker import RefutedError, check
+    from robotics.plugins.certificates.checker import RefutedError
+    from robotics.plugins.certificates.checkfile import check
 
     try:
         data = check(path.read_bytes())
@@ -205,10 +206,10 @@ def _certify_loop(
 ) -> None:
     from fuzzy.files.atomic import check_target
     from robotics.plugins.certificates.certificate import CertificateError
-    from robotics.plugins.certificates.certificatefile import write_certificate
-    from robotics.plugins.certificates.loopcolumns import LevelColumns
+    from robotics.plugins.certificates.certificatefile import contents, write_certificate
+    from robotics.plugins.certificates.commandstates import certified
     from robotics.plugins.certificates.loopmodel import closed_loop
-    from robotics.plugins.certificates.regions import FULL_EFFORT, QUICK_EFFORT, certify_loop, where
+    from robotics.plugins.certificates.regions import FULL_EFFORT, QUICK_EFFORT
     from robotics.plugins.certificates.starts import wheels_in_region
     from robotics.simulation.scenario.robots import load_robot
 
@@ -216,10 +217,9 @@ def _certify_loop(
     check_plot(plot)
     machine = load_robot(robot).robot
     loop = closed_loop(law, machine, assumed)
-    found, failure = certify_loop(loop, QUICK_EFFORT if quick else FULL_EFFORT)
+    found, why = certified(loop, QUICK_EFFORT if quick else FULL_EFFORT)
     if found is None:
-        assert failure is not None
-        raise CertificateError(f"{law}: not certified: {where(failure)}")
+        raise CertificateError(f"{law}: not certified: {why}")
     if wrong := wheels_in_region(found, machine):
         raise CertificateError(f"{law}: not certified: {wrong}")
     if out is not None:
@@ -232,17 +232,25 @@ def _certify_loop(
         told = LoopBadge(found, "")
         save_figure(plot_basins([sampled_basin(law, machine, assumed, told=told, seed=seed)]), plot)
     (x, y, heading), end = map(float, found.half_widths()), found.half_widths(found.ultimate)
-    about = {"model": loop.model, "inner": end, "rate": rate(found.rate)}
+    before = "as its reference does before" if found.from_reference else "at the speeds that the law asks for there"
+    about = {
+        "model": loop.model,
+        "inner": end,
+        "rate": rate(found.rate),
+        "before": before,
+        "all": found.half_widths(1.0),
+    }
+    kind = "certified.states" if found.from_reference else "certified.loop"
     report: dict[str, Any] = {
         "law": law,
         "region": {"x": x, "y": y, "heading": heading},
         "ultimate": dict(zip(("x", "y", "heading"), map(float, end), strict=True)),
         "rate": found.rate,
         "P": found.P,
-        **{name: float(getattr(LevelColumns(found.form), name)) for name in LevelColumns.columns},
+        **(V if isinstance(V := contents(found)["V"], dict) else {"V": V}),
         "wheels": {name: getattr(loop.wheels, name) for name in ("weights", "error", "reversal", "ripple")},
         "boxes": found.boxes,
-        "certified": _TEXTS.texts("certified.loop", **about),
+        "certified": _TEXTS.texts(kind, **about),
         "not_certified": (*broken(machine), *_TEXTS.texts("not-certified.loop", **about)),
     }
     if json:

@@ -16,6 +16,7 @@ from fuzzy.compiled.threads import share_out
 from robotics.plugins.certificates.decrease import GROWS, HOLE, LIMITED, WAY_TURNED, at_points, prove, tabulate
 from robotics.plugins.certificates.loopcolumns import LevelColumns
 from robotics.plugins.certificates.loopmodel import ClosedLoop, fall
+from robotics.plugins.certificates.wheels import Drives
 
 _SHARE = 0.97  # ν
 _STEP = 0.9  # of one level of w to the next
@@ -83,6 +84,8 @@ class LoopCertificate:
     form: np.ndarray
     boxes: int
 
+    from_reference = False  # whether the robot drives as its reference does before the start, or as the law asks there
+
     @property
     def region(self) -> float:
         """V on the region's boundary."""
@@ -113,6 +116,10 @@ class LoopCertificate:
     def level(self, errors: np.ndarray) -> np.ndarray:
         """V (...) of errors (..., 3)."""
         return np.einsum("...i,ij,...j->...", errors, self.P, errors)
+
+    def levels(self, errors: np.ndarray, drives: Drives) -> np.ndarray:
+        """V (samples, starts) in drives: of the errors alone."""
+        return self.level(errors)
 
 
 def levels_of(form: np.ndarray, step: float = _STEP) -> np.ndarray:

@@ -1,12 +1,12 @@
 """Simulated starts in a certified region, with the simulator's plant: what a wrong proof or assumption has to fear."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from robotics.plugins.certificates.loopcolumns import LoopColumns
 from robotics.plugins.certificates.loopmodel import ClosedLoop
-from robotics.plugins.certificates.regions import LoopCertificate
 from robotics.plugins.certificates.wheels import WINDOW, Drives, differences, driven_period
 from robotics.world.vehicle import plant
 from robotics.world.vehicle.plant import STEP, Plant, TruthColumns
@@ -29,26 +29,39 @@ class Starts:
 
 
 def simulate_starts(
-    certificate: LoopCertificate, robot: Robot, starts: int, duration: float = 10.0, seed: int = 0, share: float = 1.0
+    certificate: Any,
+    robot: Robot,
+    starts: int,
+    duration: float = 10.0,
+    seed: int = 0,
+    share: float = 1.0,
 ) -> Starts:
     """Drive robots on lines and circles from errors with V <= ``share`` of the region's, half of them at just that.
 
-    Before the start they have driven at the speeds that the law asks for there. Noise is at the ends of its range, or
-    anywhere in it.
+    Before the start they have driven at the speeds that the law asks for there, or as their reference. Noise is at the
+    ends of its range, or anywhere in it.
     """
     loop, rng = certificate.loop, np.random.default_rng(seed)
     z = rng.standard_normal((starts, 3))
     radius = np.where(np.arange(starts) % 2, 1.0, rng.uniform(0, 1, starts) ** (1 / 3))
     z *= (radius * np.sqrt(share * certificate.region / certificate.level(z)))[:, None]
-    errors, drives = follow(loop, robot, z, duration, rng)
-    level = certificate.level(errors) / certificate.region
+    errors, drives = follow(loop, robot, z, duration, rng, certificate.from_reference)
+    level = certificate.levels(errors, drives) / certificate.region
     return Starts(level.max(axis=0), level[-1], drives)
 
 
 def follow(
-    loop: ClosedLoop, robot: Robot, start: np.ndarray, duration: float, rng: np.random.Generator
+    loop: ClosedLoop,
+    robot: Robot,
+    start: np.ndarray,
+    duration: float,
+    rng: np.random.Generator,
+    from_reference: bool = False,
 ) -> tuple[np.ndarray, Drives]:
-    """Drive robots from errors (starts, 3) by the law itself; the errors (samples, starts, 3), and the drives."""
+    """Drive robots from errors (starts, 3) by the law itself; the errors (samples, starts, 3), and the drives.
+
+    Before the start they have driven at the speeds that the law asks for there, or ``from_reference`` at its speeds.
+    """
     model, n = loop.model, len(start)
     v_r = rng.uniform(model.speed_low, model.speed_high, n)
     extreme = rng.random(n) < 0.3
@@ -60,9 +73,10 @@ def follow(
     state = plant.initial_state(np.zeros((n, 3)))
     limits = np.repeat(plant.velocity_limits([robot]), n, axis=1)
     fresh = float(LoopColumns(loop.numbers).fresh)
-    first = np.array(plant.saturate(limits, *asked(loop, start, v_r, w_r)))
+    first = np.array(plant.saturate(limits, *((v_r, w_r) if from_reference else asked(loop, start, v_r, w_r))))
     for _ in range(round(2 / STEP)):
         state = machine.advance(state, first, first, 0, "velocity")
+    state, *settled = driven_period(machine, state, [first] * steps, model.period)
     truth = TruthColumns(state)
     # The reference begins at the origin, along x
     truth.x, truth.y, truth.heading = -start[:, 0], -start[:, 1], -start[:, 2]
@@ -86,8 +100,9 @@ def follow(
         turn = w_r * model.period
         along, middle = v_r * model.period * np.sinc(turn / 2 / np.pi), ref[2] + turn / 2
         ref = np.array([ref[0] + along * np.cos(middle), ref[1] + along * np.sin(middle), ref[2] + turn])
-    pad = [means[0]] * (WINDOW + 1), [instants[0]] * (WINDOW + 1)
-    drives = Drives(np.array(commands), np.array([*pad[0], *means]), np.array([*pad[1], *instants]))
+    before = WINDOW + 1
+    seen = np.array([settled[0]] * before + means), np.array([settled[1]] * before + instants)
+    drives = Drives(np.array(commands), *seen)
     return np.array(errors), drives
 
 
@@ -105,7 +120,7 @@ def asked(loop: ClosedLoop, z: np.ndarray, v_r: np.ndarray, w_r: np.ndarray) -> 
     return v, w_r + found.get("dw", 0.0) + speed * found.get("bend", 0.0)
 
 
-def wheels_in_region(certificate: LoopCertificate, robot: Robot, starts: int = 400) -> str:
+def wheels_in_region(certificate: Any, robot: Robot, starts: int = 400) -> str:
     """What the wheels did in the region that is not assumed of them; empty: nothing."""
     wheels, drives = certificate.loop.wheels, simulate_starts(certificate, robot, starts, 3.0).drives
     steady, reversing, beyond = differences(robot, wheels, drives)

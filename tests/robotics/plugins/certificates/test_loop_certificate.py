@@ -22,7 +22,8 @@ from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.plugins.certificates.badge import badge
 from robotics.plugins.certificates.certificate import CertificateError
 from robotics.plugins.certificates.certificatefile import _rules, contents, write_certificate
-from robotics.plugins.certificates.checker import Boxes, RefutedError, check, infer
+from robotics.plugins.certificates.checker import Boxes, RefutedError, infer
+from robotics.plugins.certificates.checkfile import check
 from robotics.plugins.certificates.loopcolumns import LevelColumns
 from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
 from robotics.plugins.certificates.regions import QUICK_EFFORT, Failure, SearchEffort, certify_loop, where

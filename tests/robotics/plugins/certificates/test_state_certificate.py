@@ -1,0 +1,207 @@
+"""The certificate whose states are the commands on their way, too: enclosures, one period by an integrator, starts."""
+
+import copy
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from fuzzy.inference import infer_quietly
+from fuzzy.system import Linear
+from robotics.commands.application import main
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.plugins.certificates import commandstates
+from robotics.plugins.certificates.certificate import CertificateError
+from robotics.plugins.certificates.certificatefile import _rules, contents, numbers_of, write_certificate
+from robotics.plugins.certificates.checker import RefutedError
+from robotics.plugins.certificates.checkfile import check
+from robotics.plugins.certificates.commandstates import StateCertificate, certified, certify_states
+from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
+from robotics.plugins.certificates.regions import QUICK_EFFORT
+from robotics.plugins.certificates.starts import asked, simulate_starts, wheels_in_region
+from robotics.plugins.certificates.statechecker import AFFINE_SYMBOLS, FALL_SLACK, Affine, StateLoop, infer, positive
+from tests.robotics.plugins.certificates.test_loop_certificate import NARROW, systems
+from tests.robotics.world.vehicle.etsro import ETSRO
+
+pytest.importorskip("cvxpy")
+
+
+@settings(max_examples=100, deadline=None)
+@given(systems(), st.integers(0, 2**32 - 1))
+def test_the_linear_functions_enclose_every_sample_of_a_rule_base(fis, seed):
+    rng = np.random.default_rng(seed)
+    middle, half = rng.uniform(-1.8, 1.8, (2, 20)), 10.0 ** rng.uniform(-4, -0.3, 20)
+    slope = rng.uniform(-1, 1, (2, AFFINE_SYMBOLS, 20)) * half
+    said, hole = infer(_rules(fis, ["a", "b"]), [Affine(m, s) for m, s in zip(middle, slope, strict=True)])
+    signs = rng.uniform(-1, 1, (AFFINE_SYMBOLS, 50, 20))
+    points = middle[:, None] + np.einsum("iks,kns->ins", slope, signs)
+    true = infer_quietly(fis, np.moveaxis(points, 0, -1)).output[..., 0]
+    linear = said["o"].middle + np.einsum("ks,kns->ns", said["o"].slope + np.zeros((AFFINE_SYMBOLS, 20)), signs)
+    assert ((abs(true - linear) <= said["o"].rest) | hole).all()
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_sums_products_and_cosines_of_linear_functions_enclose_samples(seed):
+    rng, shape = np.random.default_rng(seed), (AFFINE_SYMBOLS, 5)
+    x, y = (Affine(rng.uniform(-2, 2, 5), rng.uniform(-0.5, 0.5, shape), rng.uniform(0, 0.1, 5)) for _ in "xy")
+    signs = rng.uniform(-1, 1, (AFFINE_SYMBOLS, 40, 5))
+
+    def sample(f):
+        return f.middle + np.einsum("ks,kns->ns", f.slope, signs) + f.rest * rng.uniform(-1, 1, (40, 5))
+
+    a, b = sample(x), sample(y)
+    pairs = (
+        (x + y, a + b),
+        (x - 2.0 * y, a - 2 * b),
+        (x * y, a * b),
+        (x.cos(), np.cos(a)),
+        ((1 - x).sin(), np.sin(1 - a)),
+    )
+    for f, true in pairs:
+        linear = f.middle + np.einsum("ks,kns->ns", f.slope, signs)
+        assert (abs(true - linear) <= f.rest).all()
+
+
+def test_a_matrix_is_positive_only_where_its_least_eigenvalue_says_so():
+    turn = np.linalg.qr(np.random.default_rng(0).standard_normal((5, 5)))[0]
+    for least in (1e-3, -1e-3, -1e-9):
+        matrix = turn @ np.diag([least, 1, 2, 3, 4]) @ turn.T
+        assert positive((matrix + matrix.T) / 2, np.eye(5) * 4) == (least > 0)
+
+
+@pytest.fixture(scope="module")
+def certificate():
+    found = certify_states(closed_loop("fuzzy-correcting", ETSRO, NARROW), 1.0)
+    assert isinstance(found, StateCertificate), found
+    return found
+
+
+def test_in_a_period_of_the_kinematics_v_falls_as_it_is_claimed(certificate):
+    rng, loop, k = np.random.default_rng(0), certificate.loop, numbers_of(certificate.loop)["loop"]
+    (cell,), T, s, w = certificate.cells, k["period"], k["fresh"], np.array([k["v_weight"][:3], k["w_weight"][:3]])
+    P, about = np.array(cell["P"]), StateLoop(k, cell)
+    root, reach = np.linalg.inv(np.linalg.cholesky(P).T), np.sqrt(np.diag(np.linalg.inv(P)))[[3, 5]]
+    falls = []
+    for _ in range(120):
+        z = rng.standard_normal(7)
+        z = root @ z * rng.uniform(0.2, 1) / np.linalg.norm(z)
+        v_r, w_r = (v := rng.uniform(*cell["speed"])), v * rng.choice([-1, 1]) * NARROW.curvature
+        u = np.concatenate(asked(loop, z[None, :3], np.array([v_r]), np.array([w_r]))) - [v_r, w_r]
+        told = np.array([[(1 - s) * z[3] + s * u[0], *z[3:5]], [(1 - s) * z[5] + s * u[1], *z[5:]]])
+        error = 2 * k["share"] * reach + [k["v_error"], k["w_error"]]
+        mean = (w * told).sum(axis=1) + rng.choice([-1, 1], 2) * error
+        most = np.array([about.a, about.b])
+        ramp = rng.choice([-1, 1], 2) * np.maximum(most - abs(mean), 0)  # of a and b in the period, to what they may be
+
+        def rates(t, e, mean=mean, ramp=ramp, v_r=v_r, w_r=w_r):
+            a, b = mean + ramp * (2 * t / T - 1)
+            cos, sin = np.cos(e[2]), np.sin(e[2])
+            return [v_r * (1 - cos) - a * cos + w_r * e[1], (v_r + a) * sin - w_r * e[0], -b]
+
+        end = solve_ivp(rates, (0, T), z[:3], rtol=1e-10, atol=1e-12).y[:, -1]
+        after = np.concatenate([end, told[0, :2], told[1, :2]])
+        before, now = np.sqrt(z @ P @ z), np.sqrt(after @ P @ after)
+        assert now <= (cell["fall"] + FALL_SLACK) * before + about.past + about.off
+        falls.append(now / before)
+    assert max(falls) > 0.95  # that the test is not about nothing
+
+
+def test_its_file_is_checked_by_the_command(certificate, tmp_path, capsys):
+    write_certificate(certificate, tmp_path / "loop.json")
+    assert main(["certify", "--verify", str(tmp_path / "loop.json"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["holds"] is True
+
+
+def larger(data):
+    data["V"][0]["P"] = (np.array(data["V"][0]["P"]) / 9).tolist()
+
+
+def faster(data):
+    data["V"][0]["fall"] -= 0.02
+
+
+def slower_filter(data):
+    data["loop"]["smooth"], data["loop"]["fresh"] = 0.6, -np.expm1(-NARROW.period / 0.6)
+
+
+def other_signs(data):
+    for rule in data["rules"]["rules"][3:]:
+        rule["then"][1] = [-n for n in rule["then"][1]]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        larger,
+        faster,
+        slower_filter,
+        other_signs,
+        lambda d: d["loop"].update(w_error=0.2),
+        lambda d: d["loop"].update(speed_high=0.5),
+        lambda d: d["loop"].update(curvature=20.0),
+        lambda d: d["loop"].update(position_noise=0.01),
+        lambda d: d["loop"].update(last=[0.0, 3.0, 9.0, *[0.0] * 5]),
+        lambda d: d["V"][0].update(speed=[0.3, 0.6]),
+        lambda d: d["V"].clear(),
+        lambda d: d["V"][0]["P"][0].__setitem__(0, -1.0),
+        lambda d: d["rules"]["rules"].pop(4),
+        lambda d: d.update(format="fuzzyfleet loop certificate 3"),
+    ],
+)
+def test_a_file_that_says_more_is_refuted(certificate, change):
+    data = copy.deepcopy(contents(certificate))
+    change(data)
+    with pytest.raises(RefutedError):
+        check(data)
+
+
+@pytest.mark.parametrize("count", [500, pytest.param(20_000, marks=pytest.mark.long)])
+def test_no_start_of_the_plant_leaves_the_region(certificate, count):
+    seen = simulate_starts(certificate, ETSRO, count, duration=4.0)
+    assert seen.greatest.max() <= 1 + 1e-9  # of which half begin at 1
+    assert seen.last.max() <= certificate.ultimate
+    assert wheels_in_region(certificate, ETSRO) == ""
+
+
+def test_the_rate_is_that_of_the_inequality_of_halanay(certificate):
+    fall, past, added = certificate.cells[0]["fall"] + FALL_SLACK, certificate.past[0], certificate.added[0]
+    levels = [1.0] * 16
+    for _ in range(2000):
+        levels.append(fall * levels[-1] + past * max(levels[-16:]) + added)
+    end = np.sqrt(certificate.ultimate)
+    assert levels[-1] == pytest.approx(end, abs=1e-3)
+    bound = end + (1 - end) * np.exp(-certificate.rate * NARROW.period * np.arange(2001))
+    assert (np.array(levels[15:]) <= bound + 1e-9).all()
+
+
+def test_a_broken_rule_base_is_not_certified_behind_a_low_pass():
+    fis = load_rule_base("correcting")
+    dv, bend = fis.outputs
+    terms = {n: Linear([-s for s in t.slopes], -t.constant) for n, t in bend.terms.items()}
+    loop = closed_loop("fuzzy-correcting", ETSRO, NARROW)
+    told = certify_states(replace(loop, rules=replace(fis, outputs=[dv, replace(bend, terms=terms)])), 1.0)
+    assert isinstance(told, str)
+    assert "v_r 0.3 to 0.32 m/s" in told
+
+
+def test_a_law_behind_a_low_pass_goes_this_road_and_says_why_it_ends(certificate, monkeypatch):
+    loop = certificate.loop
+    assert (certificate.half_widths() > [0.04, 0.08, 0.3]).all()
+    assert (certificate.half_widths(1.0) > certificate.half_widths()).all()
+    monkeypatch.setattr(commandstates, "certify_states", lambda *_: certificate)
+    assert certified(loop, QUICK_EFFORT) == (certificate, "")
+    monkeypatch.setattr(commandstates, "certify_states", lambda *_: "none is known")
+    found, why = certified(loop, replace(QUICK_EFFORT, points=50, trials=2))
+    assert found is None
+    assert why.startswith("none is known; with V of the errors alone: ")
+
+
+def test_a_weighted_sum_has_no_file():
+    fis = replace(load_rule_base("correcting"), defuzzification="wtsum")
+    with pytest.raises(CertificateError, match="weighted average"):
+        numbers_of(closed_loop(fis, ETSRO, LoopModel()))
