@@ -153,7 +153,7 @@ class Identifier(Node):
         self.get_logger().info(f"wrote {log}")
         if values["out"]:
             page = Path(values["page"]) if values["page"] else None
-            named = {}
+            named: dict[str, Any] = {}
             if Path(log).suffix.lower() == ".mcap":  # as write_log names them
                 named = {
                     "pose": "pose" if values["pose_topic"] else "",

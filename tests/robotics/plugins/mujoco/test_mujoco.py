@@ -186,14 +186,14 @@ class TestDriven:
         file, scenario = tmp_path / "film.gif", tmp_path / "line.toml"
         scenario.write_text(LINE.replace("4.0", "1.0").replace("20.0", "1.0"), encoding="utf-8")
         try:
-            physics_of("mujoco").filmed("mujoco", file)
+            cast(Any, physics_of("mujoco")).filmed("mujoco", file)
         except PhysicsError as error:
             pytest.skip(str(error))
         words = ["run", str(scenario), "--controller", "lyapunov", "--plant", "mujoco", "--film", str(file)]
         assert main([*words, "--save", str(tmp_path / "run.npz"), "--quiet"]) == 0
         places = []
         with Image.open(file) as film:
-            frames = film.n_frames
+            frames = cast(Any, film).n_frames
             for k in (0, frames - 1):
                 film.seek(k)
                 red, _, blue = np.moveaxis(np.asarray(film.convert("RGB")).astype(int), -1, 0)
@@ -207,6 +207,6 @@ class TestDriven:
         monkeypatch.delenv("MUJOCO_GL", raising=False)
         monkeypatch.setattr("robotics.plugins.mujoco.film.find_library", lambda name: None)
         with pytest.raises(PhysicsError, match="apt install libosmesa6"):
-            physics_of("mujoco").filmed("mujoco", tmp_path / "film.gif")
+            cast(Any, physics_of("mujoco")).filmed("mujoco", tmp_path / "film.gif")
         with pytest.raises(AnimationError, match=r"robotics animate makes \.html"):
-            physics_of("mujoco").filmed("mujoco", tmp_path / "film.html")
+            cast(Any, physics_of("mujoco")).filmed("mujoco", tmp_path / "film.html")

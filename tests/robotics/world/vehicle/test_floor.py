@@ -1,6 +1,7 @@
 """A floor whose friction differs by place: where patches lie, what they do, and that without them nothing changes."""
 
 from dataclasses import replace
+from typing import Any, cast
 
 import matplotlib.path
 import numpy as np
@@ -136,7 +137,7 @@ def test_films_show_patches_hatched_with_their_friction_where_it_is_seen():
         figure = set_scene(replay(run, run.time), 1.0, 80).figure
     view = figure.axes[0]
     (patch,) = [part for part in view.patches if part.get_hatch()]
-    assert np.hypot(*(patch.get_xy() - [1.0, 0.4]).T) == pytest.approx(0.5)
+    assert np.hypot(*(cast(Any, patch).get_xy() - [1.0, 0.4]).T) == pytest.approx(0.5)
     (words,) = [text for text in view.texts if "friction" in text.get_text()]
     assert words.get_text() == "friction × 0.2"
     assert view.get_xlim()[0] < words.get_position()[0] < view.get_xlim()[1]
