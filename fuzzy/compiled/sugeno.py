@@ -93,8 +93,12 @@ class CompiledSugeno:
         return output
 
     def quietly(self, points: np.ndarray) -> np.ndarray:
-        """The outputs (samples, outputs) at a few points (samples, inputs), whatever the system says of them: as
-        :func:`fuzzy.inference.infer` of :func:`fuzzy.inference.forgiving` finds them.
+        """The outputs (samples, outputs) at a few points, whatever the system says of them.
+
+        They are as :func:`fuzzy.inference.infer` of :func:`fuzzy.inference.forgiving` finds them.
+
+        Args:
+            points: Inputs (samples, inputs), in their units.
         """
         inputs, outputs = len(self.fis.inputs), len(self.fis.outputs)
         values = np.empty((len(points), outputs))

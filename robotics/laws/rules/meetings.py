@@ -52,7 +52,7 @@ class Meetings(NamedTuple):
 
         def find(begin: int) -> None:
             end = min(begin + _TOGETHER, runs)
-            some = found._make(part[begin:end] for part in found)
+            some = cls(*(part[begin:end] for part in found))
             _fill(paths.table, paths.first, paths.cells, lengths[begin:end], begin * robots, some.points)
             _conflicts(some.points, lengths[begin:end], apart, some.last)
             np.maximum.reduceat(some.last, range(0, cells, 1 << _BITS), axis=-1, out=some.peaks)

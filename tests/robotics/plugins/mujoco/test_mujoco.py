@@ -4,6 +4,7 @@ import json
 import sys
 from dataclasses import dataclass, replace
 from math import sin
+from typing import Any, cast
 from xml.etree import ElementTree
 
 import numpy as np
