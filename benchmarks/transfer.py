@@ -216,6 +216,7 @@ def draw(rows: list[dict[str, Any]], target: Path) -> None:
         ax.set_xticks(range(3), ["identified", "identified,\nsheet's sizes", "data sheet"])
         ax.set_xlim(-0.5, 2.5)
     axes[1].set_yscale("symlog", linthresh=10)
+    axes[1].set_ylim(-3, 20000)
     axes[1].set_yticks([0, 10, 100, 1000, 10000], ["0", "10", "100", "1000", "10000"])
     axes[2].set_yscale("log")
     save_figure(figure, target)
