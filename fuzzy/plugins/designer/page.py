@@ -144,7 +144,10 @@ class _Page:
         self._exporting = False  # all pictures
         self._sizes: dict[str, Any] = {}  # the buttons that fold and enlarge the pane that says why
         self._size = ""  # which of them is pressed
-        self.panels = panels
+        found, missing = panels
+        belongs = [getattr(panel, "belongs", None) for panel in found]
+        kept = [p for p, suits in zip(found, belongs, strict=True) if suits is None or suits(document.path)]
+        self.panels = panels = kept, missing
         self.purpose = document.purpose or purpose_of(document.design.system, panels[0])
         self.history = HistoryTab(self.bench, self._compare_with, self._give)
         self._shown: dict[str, Any] = {}  # the traits as of the last change

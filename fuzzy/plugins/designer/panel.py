@@ -54,6 +54,7 @@ class SessionPanel:
         purpose: For which rule bases it is: "function", "loop", "robot" or another word; empty: for all.
         improves: By what it improves the rule base: it is opened by the button Improve, over the editors.
         suits: Whether a system, by the names of its variables, is for this purpose.
+        belongs: Whether it is there for the file of this path; None: for every file.
     """
 
     title: str
@@ -62,6 +63,7 @@ class SessionPanel:
     purpose: str = ""
     improves: str = ""
     suits: Callable[[Sugeno], bool] | None = None
+    belongs: Callable[[Path], bool] | None = None
 
     def build(self, bench: Any) -> None:
         """Put the panel on the page of ``bench``, a :class:`Workbench`."""

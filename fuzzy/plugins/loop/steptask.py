@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.plugins.designer.views import numbers, rounded_for
+from fuzzy.plugins.designer.views import numbers
 from fuzzy.plugins.loop.controller import PID, LoopError, Roles, Scale
 from fuzzy.plugins.loop.plant import FunctionPlant, TransferFunction
 from fuzzy.plugins.loop.plantfile import Plant, read_plant
@@ -133,9 +133,10 @@ def _rival(task: StepTask, plant: Plant) -> PID | None:
 
 
 def _drawn(values: np.ndarray) -> list[Any]:
-    """As many digits as a picture shows, and two more."""
-    known = values[np.isfinite(values)]
-    return numbers(rounded_for(values, float(np.ptp(known)) / 100 if known.size else 0.0))
+    """Seven digits of each number: these are copied, too, and not only drawn."""
+    size = np.where(np.isfinite(values) & (values != 0), np.abs(values), 1.0)
+    scale = 10.0 ** (6 - np.floor(np.log10(size)))
+    return numbers(np.round(values * scale) / scale)
 
 
 def _row(name: str, done: StepResponse, every: int) -> dict[str, Any]:

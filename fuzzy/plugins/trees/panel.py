@@ -108,4 +108,8 @@ class TreeSession(PanelSession):
         return self.changed()
 
 
-panel = SessionPanel("Tree", 90, TreeSession, purpose="tree")
+def _is_of_a_tree(file: Path) -> bool:
+    return (file.parent / TREE_FILE).is_file()
+
+
+panel = SessionPanel("Tree", 90, TreeSession, purpose="tree", belongs=_is_of_a_tree)

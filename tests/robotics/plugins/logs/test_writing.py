@@ -6,6 +6,7 @@ import re
 import sys
 from collections import defaultdict
 from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -201,7 +202,12 @@ def test_a_log_says_what_ran_and_names_no_machine(logged, tracking, tmp_path):
     with (logged["folder"] / "team.mcap").open("rb") as file:
         summary = {m.name: m.metadata for m in make_reader(file).iter_metadata()}
     text = summary["rosbag2"]["serialized_metadata"]
-    for fact in ("scenario: obstacles-on-two-paths", "controller: obstacles", "seed: '7'", "fuzzyfleet: 0."):
+    for fact in (
+        "scenario: obstacles-on-two-paths",
+        "controller: obstacles",
+        "seed: '7'",
+        f"fuzzyfleet: {version('fuzzyfleet')}",
+    ):
         assert fact in text
     write_rosbag(tracking, tmp_path / "plain", seed=4, storage="sqlite3")
     content = b"".join(file.read_bytes() for file in (tmp_path / "plain").iterdir())
