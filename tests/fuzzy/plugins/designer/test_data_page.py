@@ -103,8 +103,12 @@ def test_the_pictures_fit_every_screen(browser: Any, server: Any, scheme: Any) -
     tab = Watched(context, server)
     page = tab.open(server.address)
     page.get_by_role("tab", name="Data").click()
-    page.locator(".fd-data").get_by_label("File of the folder").select_option("meals.csv")
-    page.wait_for_selector(".fd-data .dp-worst button")
+    chooser = page.locator(".fd-data").get_by_label("File of the folder")
+    worst = page.locator(".fd-data .dp-worst button").first
+    chooser.or_(worst).locator("visible=true").first.wait_for()
+    if chooser.is_visible():  # else the table of the tab before is the first here
+        chooser.select_option("meals.csv")
+    worst.wait_for()
     wrong = []
     for width, height in SCREENS:
         page.set_viewport_size({"width": width, "height": height})
