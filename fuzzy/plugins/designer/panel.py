@@ -240,6 +240,11 @@ class Workbench:
         return [result] if inspect.isawaitable(result) else []
 
 
+def head_start(task: asyncio.Task[Any] | None) -> asyncio.Future[Any] | None:
+    """What a panel gives back of a change that began ``task``: the page waits for it, HEAD_START seconds at most."""
+    return task and asyncio.ensure_future(asyncio.wait([task], timeout=HEAD_START))
+
+
 def purposes_of(panels: Iterable[Panel]) -> list[str]:
     """What rule bases are for, as the panels say: a function first, then in the order of the panels."""
     named = [getattr(panel, "purpose", "") for panel in panels]

@@ -17,7 +17,7 @@ from fuzzy.errors import InputError
 from fuzzy.naming import check_known
 from fuzzy.plugins.designer.folder import check_size
 from fuzzy.plugins.designer.latest import Latest
-from fuzzy.plugins.designer.panel import HEAD_START, SessionPanel
+from fuzzy.plugins.designer.panel import SessionPanel, head_start
 from fuzzy.plugins.designer.saving import save_text
 from fuzzy.plugins.designer.session import PanelSession, refusal_of
 from fuzzy.plugins.designer.views import variable_data
@@ -278,7 +278,7 @@ class StepSession(ChosenLoop, PanelSession):
             self.widget.update(choice=self.choice)
             return None  # only another look at it, or an edit that is undone again
         self.simulate()
-        return self.loops.task and asyncio.ensure_future(asyncio.wait([self.loops.task], timeout=HEAD_START))
+        return head_start(self.loops.task)
 
     def close(self) -> None:
         """Simulate no more."""

@@ -19,7 +19,7 @@ from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import check_known
 from fuzzy.plugins.designer.folder import check_size
 from fuzzy.plugins.designer.latest import Postponed
-from fuzzy.plugins.designer.panel import HEAD_START
+from fuzzy.plugins.designer.panel import head_start
 from fuzzy.plugins.designer.session import act_of, refusal_of
 from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
@@ -365,7 +365,7 @@ class TryoutSession(FolderSession):
         self.wanted |= {"tried"}
         self.widget.update(seeds=None)
         self.go()
-        return self.task and asyncio.ensure_future(asyncio.wait([self.task], timeout=HEAD_START))
+        return head_start(self.task)
 
     def reread(self, what: str, name: str) -> None:
         """Begin to read a file anew."""
