@@ -28,7 +28,7 @@ _DEGREE, _DERIVATIVE = 2e-12, 1e-9  # relative: more than a degree of membership
 # Balls, and functions over boxes as a ball in the middle and balls for slopes -------------------------------------
 
 
-class Ball:
+class MidRad:
     """Numbers within ``radius`` of ``middle`` (..., n)."""
 
     __array_ufunc__ = None  # a number of NumPy leaves its product to the ball
@@ -37,21 +37,21 @@ class Ball:
         self.middle, self.radius = np.broadcast_arrays(np.asarray(middle, float), radius)
 
     def __add__(self, other):
-        other = ball(other)
+        other = midrad(other)
         middle = self.middle + other.middle
-        return Ball(middle, (self.radius + other.radius) * (1 + _UNIT) + _UNIT * np.abs(middle) + _TINY)
+        return MidRad(middle, (self.radius + other.radius) * (1 + _UNIT) + _UNIT * np.abs(middle) + _TINY)
 
     def __mul__(self, other):
-        other = ball(other)
+        other = midrad(other)
         middle, far = self.middle * other.middle, np.abs(other.middle) + other.radius
         radius = np.abs(self.middle) * other.radius + self.radius * far
-        return Ball(middle, radius * (1 + 4 * _UNIT) + _UNIT * np.abs(middle) + _TINY)
+        return MidRad(middle, radius * (1 + 4 * _UNIT) + _UNIT * np.abs(middle) + _TINY)
 
     def __neg__(self):
-        return Ball(-self.middle, self.radius)
+        return MidRad(-self.middle, self.radius)
 
     def __sub__(self, other):
-        return self + -ball(other)
+        return self + -midrad(other)
 
     @property
     def ends(self):
@@ -65,24 +65,24 @@ class Ball:
         return (np.abs(self.middle) + self.radius) * (1 + 2 * _UNIT)
 
 
-def ball(x):
+def midrad(x):
     """A number as a ball."""
-    return x if isinstance(x, Ball) else Ball(x)
+    return x if isinstance(x, MidRad) else MidRad(x)
 
 
 def between(low, high):
     """The ball of an interval."""
     middle = (low + high) / 2
-    return Ball(middle, (high - low) / 2 * (1 + _UNIT) + _UNIT * np.abs(middle) + _TINY)
+    return MidRad(middle, (high - low) / 2 * (1 + _UNIT) + _UNIT * np.abs(middle) + _TINY)
 
 
 class Slopes:
     """f = at + Σ slope_j ε_j over boxes, |ε| <= 1: balls (n,) and (5, n), each of which may be another at each ε."""
 
     def __init__(self, at, slope=None):
-        self.at, self.slope = at, Ball(np.zeros((_SYMBOLS, *at.middle.shape))) if slope is None else slope
+        self.at, self.slope = at, MidRad(np.zeros((_SYMBOLS, *at.middle.shape))) if slope is None else slope
         radius = at.radius + (np.abs(self.slope.middle) + self.slope.radius).sum(axis=0)
-        self.range = Ball(at.middle, radius * (1 + 8 * _UNIT))  # f over the box
+        self.range = MidRad(at.middle, radius * (1 + 8 * _UNIT))  # f over the box
 
     def __add__(self, other):
         return Slopes(self.at + other.at, self.slope + other.slope) if isinstance(other, Slopes) else self + some(other)
@@ -106,14 +106,14 @@ class Slopes:
     def cos_sin(self):
         """The cosine and the sine."""
         (cos, sin), at, over = (np.cos, np.sin), self.at, self.range
-        at = [Ball(f(at.middle), at.radius + _FUNCTION) for f in (cos, sin)]
-        over = [Ball(f(over.middle), over.radius + _FUNCTION) for f in (cos, sin)]
+        at = [MidRad(f(at.middle), at.radius + _FUNCTION) for f in (cos, sin)]
+        over = [MidRad(f(over.middle), over.radius + _FUNCTION) for f in (cos, sin)]
         return Slopes(at[0], -over[1] * self.slope), Slopes(at[1], over[0] * self.slope)
 
 
 def some(x):
     """A number, or any of a ball, as such a function."""
-    return Slopes(ball(x) + np.zeros(1))
+    return Slopes(midrad(x) + np.zeros(1))
 
 
 def least(f, g):
@@ -254,9 +254,9 @@ def mean(weights, y):
     share = [w.at.middle * near_part.middle for w in weights]
     near = sum(s * v.at.middle for s, v in zip(share, y, strict=True))
     lean = sum(s * v.slope.middle for s, v in zip(share, y, strict=True))
-    at = sum((w.at * (v.at - near) for w, v in zip(weights, y, strict=True)), ball(0.0)) * near_part + near
+    at = sum((w.at * (v.at - near) for w, v in zip(weights, y, strict=True)), midrad(0.0)) * near_part + near
     bent = [w.range * (v.slope - lean) + w.slope * (v.at - at) for w, v in zip(weights, y, strict=True)]
-    return Slopes(at, sum(bent, ball(0.0)) * part + lean), bad
+    return Slopes(at, sum(bent, midrad(0.0)) * part + lean), bad
 
 
 # The closed loop, in fractions ------------------------------------------------------------------------------------
@@ -283,7 +283,7 @@ def root(square):
     return Fraction(float(np.sqrt(float(square))) * (1 + 1e-14) + 1e-150)
 
 
-class Cell:
+class SpeedCell:
     """The loop about one range of the reference's speed, ζ(k+1) = A ζ + G r + d: what is known of it."""
 
     def __init__(self, numbers, f):
@@ -343,7 +343,7 @@ class Cell:
         middle = boxes.mean(axis=0)
         half = np.maximum(boxes[1] - middle, middle - boxes[0]) * (1 + _UNIT)
         x, y, psi, v_r, bend = (
-            Slopes(Ball(m), Ball(h * e[:, None])) for m, h, e in zip(middle, half, np.eye(_SYMBOLS), strict=True)
+            Slopes(MidRad(m), MidRad(h * e[:, None])) for m, h, e in zip(middle, half, np.eye(_SYMBOLS), strict=True)
         )
         cos, sin = psi.cos_sin()
         w_r = v_r * bend
@@ -359,15 +359,15 @@ class Cell:
         b = out.get("dw", some(0.0)) + speed * out.get("bend", some(0.0))
         level = -greatest(-self.near, [x, y, psi])[0]
         aside = (self.aside * np.sqrt(np.maximum(1 - level, 0)) + self.mean_error) * (1 + 1e-12)
-        mean_a = sum((z * g for z, g in zip((x, y, psi), self.ahead, strict=True)), a * self.fresh) + Ball(0.0, aside)
+        mean_a = sum((z * g for z, g in zip((x, y, psi), self.ahead, strict=True)), a * self.fresh) + MidRad(0.0, aside)
         fast, turn, far, w = v_r.range.size, w_r * T, psi.range.size, w_r.range.size
         turned, rotated = turn.cos_sin()
         whole = (v_r + mean_a) * T
         # What is in proportion to ψ of the way that is driven while the heading, or the reference's, turns
         more_x = T * T / 2 * ((fast + self.any_a) * B + w * fast) * (1 + 1e-12)
         more_y = (T**3 * B * B / 6 * fast + fast * far * T * T / 4 * B + T * T / 2 * w * fast) * (1 + 1e-12)
-        n_x = whole * (1 - cos) + (turned - 1.0) * x + rotated * y + psi * Ball(0.0, more_x)
-        n_y = whole * sin - rotated * x + (turned - 1.0) * y + psi * Ball(0.0, more_y)
+        n_x = whole * (1 - cos) + (turned - 1.0) * x + rotated * y + psi * MidRad(0.0, more_x)
+        n_y = whole * sin - rotated * x + (turned - 1.0) * y + psi * MidRad(0.0, more_y)
         return [x, y, psi, a, b, n_x, n_y], level, hole | (far > 3.1)
 
     def grows(self, d, boxes):
@@ -417,7 +417,7 @@ def check_states(d):
             raise RefutedError("the ranges of speed do not follow one another")
     if (speeds[0], speeds[-1]) != (k["speed_low"], k["speed_high"]):
         raise RefutedError("the speeds are not all covered")
-    return sum(_prove(d, Cell(k, f), *f["speed"]) for f in d["V"])
+    return sum(_prove(d, SpeedCell(k, f), *f["speed"]) for f in d["V"])
 
 
 def _prove(d, cell, low, high):
