@@ -4,10 +4,10 @@ import warnings
 from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
-from fuzzy.plugins.trees.tree import Tree
 from fuzzy.tuning.parameter import SearchParameter
 from fuzzy.tuning.systemspace import MOVED, SystemSpace, reach_of
 
@@ -16,7 +16,7 @@ from fuzzy.tuning.systemspace import MOVED, SystemSpace, reach_of
 class TreeSpace:
     """A tree and what may move of each of its systems, in the tree's order; universes and connections stay."""
 
-    fis: Tree
+    fis: Any  # a Tree
     move: Collection[str]
     spaces: tuple[SystemSpace, ...]
 
@@ -25,7 +25,7 @@ class TreeSpace:
         """What may move, called "system/parameter"."""
         return tuple(chain.from_iterable(space.parameters for space in self.spaces))
 
-    def made(self, values: np.ndarray) -> Tree:
+    def made(self, values: np.ndarray) -> Any:
         """The tree that ``values`` (parameters,) make."""
         ends = np.cumsum([len(space.parameters) for space in self.spaces])
         rows = np.split(np.asarray(values), ends[:-1])
@@ -41,7 +41,7 @@ class TreeSpace:
 
 
 def tree_space(
-    fis: Tree, move: Collection[str] | None, symmetric: bool, data: tuple[np.ndarray, np.ndarray] | None
+    fis: Any, move: Collection[str] | None, symmetric: bool, data: tuple[np.ndarray, np.ndarray] | None
 ) -> TreeSpace:
     """What may move of a tree; see :meth:`Tree.search_space`."""
     spaces = []

@@ -20,6 +20,7 @@ from fuzzy.inference import check_points, infer
 from fuzzy.insight.description import as_dict, describe
 from fuzzy.membershipfunction import Array, as_float, as_number, like
 from fuzzy.naming import check_known
+from fuzzy.plugins.trees.space import TreeSpace, tree_space
 from fuzzy.shown import shown
 from fuzzy.system import Linear, Sugeno, Terms, Variable
 from fuzzy.words import counted, listed
@@ -162,7 +163,7 @@ class Tree:
 
     def search_space(
         self, move: Collection[str] | None = None, symmetric: bool = True, data: tuple[Array, Array] | None = None
-    ) -> Any:
+    ) -> TreeSpace:
         """What a search may move: that of each system, as :class:`fuzzy.tuning.systemspace.SystemSpace` has it.
 
         Args:
@@ -172,8 +173,6 @@ class Tree:
 
         Raises TuningError for an unknown part.
         """
-        from fuzzy.plugins.trees.space import tree_space
-
         return tree_space(self, move, symmetric, data)
 
     def describe(self) -> str:

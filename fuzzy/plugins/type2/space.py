@@ -3,11 +3,11 @@
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
 from fuzzy.membershipfunction import as_number
-from fuzzy.plugins.type2.system import Lower, Type2Sugeno
 from fuzzy.tuning.mirror import Mirror
 from fuzzy.tuning.parameter import SearchParameter
 from fuzzy.tuning.systemspace import MOVED, SystemSpace, reach_of, with_images
@@ -20,7 +20,7 @@ _LEAST_SCALE, _MOST_LAG = 0.05, 0.95  # of a lower membership function, unless i
 class Type2Space:
     """A type-2 system and what may move of its upper one, and then scales and lags of its lower functions."""
 
-    fis: Type2Sugeno
+    fis: Any  # a Type2Sugeno
     move: Collection[str]
     upper: SystemSpace
     footprints: "tuple[_Footprint, ...]"
@@ -30,7 +30,7 @@ class Type2Space:
         """What may move."""
         return (*self.upper.parameters, *chain.from_iterable(each.parameters for each in self.footprints))
 
-    def made(self, values: np.ndarray) -> Type2Sugeno:
+    def made(self, values: np.ndarray) -> Any:
         """The system that ``values`` (parameters,) make. Raises FuzzySystemError as the system does."""
         first = len(self.upper.parameters)
         lower = {name: dict(terms) for name, terms in self.fis.lower.items()}
@@ -39,7 +39,7 @@ class Type2Space:
             scale, *lags = (float(next(rest)) for _ in each.parameters)
             pair = (lags[0], lags[-1])
             for term, turned in zip(each.terms, (pair, pair[::-1]), strict=False):
-                lower[each.input][term] = Lower(scale, turned)
+                lower[each.input][term] = replace(lower[each.input][term], scale=scale, lag=turned)
         return replace(self.fis, upper=self.upper.made(values[:first]), lower=lower)
 
     def unreached(self, x: np.ndarray) -> tuple[str, ...]:
@@ -57,7 +57,7 @@ class _Footprint:
 
 
 def type2_space(
-    fis: Type2Sugeno, move: Collection[str] | None, symmetric: bool, data: tuple[np.ndarray, np.ndarray] | None
+    fis: Any, move: Collection[str] | None, symmetric: bool, data: tuple[np.ndarray, np.ndarray] | None
 ) -> Type2Space:
     """What may move of a type-2 system; see :meth:`Type2Sugeno.search_space`."""
     move = (*MOVED, FOOTPRINTS) if move is None else tuple(move)
@@ -68,7 +68,7 @@ def type2_space(
     return Type2Space(fis, move, upper, tuple(_footprints(fis, upper.mirror)) if FOOTPRINTS in move else ())
 
 
-def _footprints(fis: Type2Sugeno, mirror: Mirror | None) -> Iterator[_Footprint]:
+def _footprints(fis: Any, mirror: Mirror | None) -> Iterator[_Footprint]:
     for place, variable in enumerate(fis.inputs):
         names = list(variable.terms)
         flips = mirror is not None and mirror.inputs[place] < 0
@@ -85,10 +85,10 @@ def _footprints(fis: Type2Sugeno, mirror: Mirror | None) -> Iterator[_Footprint]
             yield _Footprint(tuple(parameters), variable.name, terms)
 
 
-def _is_mirrored(fis: Type2Sugeno, mirror: Mirror) -> bool:
+def _is_mirrored(fis: Any, mirror: Mirror) -> bool:
     """Whether the lower functions have the symmetry of the upper system."""
     return all(
-        own[image] == Lower(own[k].scale, own[k].lag[:: mirror.inputs[place]])
+        own[image] == replace(own[k], lag=own[k].lag[:: mirror.inputs[place]])
         for place, terms in enumerate(mirror.terms)
         for own in [list(fis.lower[fis.inputs[place].name].values())]
         for k, image in enumerate(terms)

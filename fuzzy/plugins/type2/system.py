@@ -44,6 +44,7 @@ from fuzzy.inference import (
 from fuzzy.membershipfunction import Array, MembershipError, as_float, as_number, like
 from fuzzy.naming import check_known
 from fuzzy.plugins.type2.reduction import Reduction
+from fuzzy.plugins.type2.space import Type2Space, type2_space
 from fuzzy.rule import Rule
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
@@ -179,7 +180,7 @@ class Type2Sugeno:
 
     def search_space(
         self, move: Collection[str] | None = None, symmetric: bool = True, data: tuple[Array, Array] | None = None
-    ) -> Any:
+    ) -> Type2Space:
         """What a search may move: the upper system (:class:`fuzzy.tuning.systemspace.SystemSpace`), and footprints.
 
         Args:
@@ -189,8 +190,6 @@ class Type2Sugeno:
 
         Raises TuningError for an unknown part.
         """
-        from fuzzy.plugins.type2.space import type2_space
-
         return type2_space(self, move, symmetric, data)
 
     def degrees(self, variable: str, term: str, x: Any) -> tuple[Array, Array]:
