@@ -14,9 +14,8 @@ from anfis.training import Training, train
 from fuzzy.fitting.clustering import finite_table
 from fuzzy.fitting.consequents import output_table
 from fuzzy.fitting.folds import FoldOrder, fold_rows
-from fuzzy.system import Sugeno
 
-Start = Sugeno | Callable[[np.ndarray, np.ndarray], Sugeno]
+Start = Any  # a system, or what makes one of x and y
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +114,7 @@ def cross_validate(
     found = []
     for k, held in enumerate(fold_rows(len(x), folds, order, seed)):
         learnt = np.delete(np.arange(len(x)), held)
-        fis = start if isinstance(start, Sugeno) else start(x[learnt], y[learnt])
+        fis = start if hasattr(start, "rules") else start(x[learnt], y[learnt])
         told = None if callback is None else lambda row, k=k: callback(k, row)
         training = train(fis, x[learnt], y[learnt], options, check=check, callback=told)
         if training.stopped == "interrupted":

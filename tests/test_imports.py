@@ -62,7 +62,7 @@ APART = "plugins"  # a folder whose rooms stand on the stair one by one
 PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
     "fuzzy": {
         "ccode": (),
-        "designer": ("mamdani",),
+        "designer": ("mamdani", "type2"),
         "front": (),
         "loop": ("ccode", "designer"),
         "mamdani": (),

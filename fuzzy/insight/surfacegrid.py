@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from fuzzy.detached import detached
 from fuzzy.inference import Inference, InferenceWarning, infer
 from fuzzy.insight.universe import place_of, point_of
 from fuzzy.system import FuzzySystemError, Sugeno
+
+if TYPE_CHECKING:
+    from fuzzy import Type2Inference, Type2Sugeno
 
 
 class Surface(NamedTuple):
@@ -30,7 +33,7 @@ class Surface(NamedTuple):
 
 
 def surface(
-    fis: Sugeno,
+    fis: "Sugeno | Type2Sugeno",
     inputs: Sequence[str | int] | str | int | None = None,
     output: str | int = 0,
     fixed: Mapping[Any, float] | None = None,
@@ -42,7 +45,7 @@ def surface(
     False. Inputs and outputs are named, or given by their place.
 
     Args:
-        fis: The system.
+        fis: The system, of type 1 or an interval type-2 one.
         inputs: The one or two inputs of the grid; by default the first two, or the only one.
         output: The output.
         fixed: The values of other inputs, in their units; the middle of the universe where none is given.
@@ -71,7 +74,7 @@ def surface(
 
 
 def surfaces(
-    fis: Sugeno, axes: Sequence[Sequence[int]], point: Sequence[float], points: int
+    fis: "Sugeno | Type2Sugeno", axes: Sequence[Sequence[int]], point: Sequence[float], points: int
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Evaluate all outputs over several grids by one inference: for each, the values and whether a rule fires.
 
@@ -92,17 +95,19 @@ def surfaces(
     return [(z.reshape(*x.shape[:-1], -1), fired.reshape(*x.shape[:-1], -1)) for x, z, fired in found]
 
 
-def _inferred(fis: Sugeno, x: np.ndarray) -> Inference:
+def _inferred(fis: "Sugeno | Type2Sugeno", x: np.ndarray) -> "Inference | Type2Inference":
     """The inference at ``x`` (..., inputs), without a word of where no rule fires: the result shows it."""
-    if fis.no_rule_fires == "error":
-        fis = replace(fis, no_rule_fires="nan")
+    upper = fis if isinstance(fis, Sugeno) else fis.upper
+    if upper.no_rule_fires == "error":
+        upper = replace(upper, no_rule_fires="nan")
+        fis = upper if isinstance(fis, Sugeno) else replace(fis, upper=upper)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*no rule fires", InferenceWarning)
-        return infer(fis, x)
+        return infer(fis, x) if isinstance(fis, Sugeno) else fis.infer(x)
 
 
 def _grid(
-    fis: Sugeno, places: Sequence[int], counts: Sequence[int], point: np.ndarray
+    fis: "Sugeno | Type2Sugeno", places: Sequence[int], counts: Sequence[int], point: np.ndarray
 ) -> tuple[Sequence[np.ndarray], np.ndarray]:
     """The grids of the inputs at ``places``, and the points (..., inputs) on them, the other inputs as in ``point``."""
     axes = [np.linspace(*fis.inputs[i].universe, count) for i, count in zip(places, counts, strict=True)]
@@ -113,7 +118,7 @@ def _grid(
     return grids, x
 
 
-def surface_axes(fis: Sugeno, inputs: Sequence[str | int] | str | int | None) -> list[int]:
+def surface_axes(fis: "Sugeno | Type2Sugeno", inputs: Sequence[str | int] | str | int | None) -> list[int]:
     """Find the places of the one or two inputs that are the axes of a surface."""
     if inputs is None:
         inputs = range(min(2, len(fis.inputs)))

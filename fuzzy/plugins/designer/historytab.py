@@ -144,8 +144,8 @@ class HistoryTab:
             return
         name, design = await self._read(content)
         if not self._bench.closed:
-            self._compared = content["key"], design.in_force
-            self._compare(name, design.in_force)
+            self._compared = content["key"], design.shown
+            self._compare(name, design.shown)
 
     async def _do_download(self, content: Mapping[str, Any]) -> None:
         name, design = await self._read(content)

@@ -177,6 +177,10 @@ class Type2Sugeno:
         """Evaluate the outputs (..., outputs) at ``x`` (..., inputs), numpy or torch; see :func:`infer_type2`."""
         return infer_type2(self, x).output
 
+    def infer(self, x: Any) -> Type2Inference:
+        """Every layer at ``x`` (..., inputs), see :func:`infer_type2`."""
+        return infer_type2(self, x)
+
     def degrees(self, variable: str, term: str, x: Any) -> tuple[Array, Array]:
         """The lower and the upper degrees (...) of a term.
 

@@ -26,6 +26,11 @@ const VALUE_WORDS = {
   ignore: "as it is",
   clip: "clip to the range",
   sum: "sum",
+  karnikmendel: "Karnik-Mendel",
+  ekm: "enhanced Karnik-Mendel",
+  iasc: "IASC",
+  eiasc: "enhanced IASC",
+  nietan: "Nie-Tan",
 };
 
 const CURVE = [56, 18]; // px of membership functions in small
