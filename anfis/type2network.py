@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 import torch
 
 import fuzzy
@@ -72,11 +73,11 @@ class Type2Network(Network):
                 shift = sum(slope * low for slope, low in zip(slopes, lows, strict=False))
                 scaled = [slope * span for slope, span in zip(slopes, spans, strict=False)]
                 numbers += [number / _span(variable) for number in (*scaled, constant + shift)]
-        return Point(self.premises.valid(self.premises.start()), [self.array(numbers)])
+        return Point(self.premises.valid(self.premises.start()), [self.array(np.array(numbers))])
 
     def output(self, free: Sequence[torch.Tensor], values: Sequence[torch.Tensor], u: torch.Tensor) -> torch.Tensor:
         """The outputs (samples, outputs) at scaled inputs."""
-        system = forgiving(self._made(free, values, live=True), "midrange")
+        system = self._made(free, values, live=True)
         with warnings.catch_warnings(action="ignore", category=InferenceWarning):
             answer: torch.Tensor = system(self.premises.low + u * self.premises.span)
         return answer
@@ -86,11 +87,12 @@ class Type2Network(Network):
         return self._made(point.free, point.values, live=False)
 
     def _made(self, free: Sequence[torch.Tensor], values: Sequence[torch.Tensor], live: bool) -> "fuzzy.Type2Sugeno":
-        """The system of these arrays, with tensors of which each is a number if ``live``."""
+        """The system of these arrays; if ``live`` of tensors, each a number, and silent where no rule fires."""
         *own, footprint = (array if live else array.detach() for array in free)
         (numbers,) = values
         rest = iter(numbers.unbind() if live else numbers.tolist())
         upper = self.premises.system(own, [list(self._consequents(v, rest)) for v in self.fis.outputs], live)
+        upper = forgiving(upper, "midrange") if live else upper
         rows = footprint.unbind() if live else footprint.tolist()
         made = (fuzzy.Lower(r[0], (r[1], r[1 + two])) for r, two in zip(rows, self._apart, strict=True))
         lower = {name: {term: next(made) for term in terms} for name, terms in self.type2.lower.items()}

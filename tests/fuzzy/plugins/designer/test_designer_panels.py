@@ -65,7 +65,7 @@ def test_formulas_equal_pythons(bench: ModulePage) -> None:
 
 def test_lower_functions_equal_pythons(bench: ModulePage) -> None:
     rng, asked, wanted = np.random.default_rng(8), [], []
-    for name, p in cases(rng):
+    for name, p in cases(rng)[::5]:
         own = fuzzy.Lower(rng.uniform(0.1, 1), (lag := rng.uniform(0, 0.9), lag if rng.random() < 0.5 else 0.3))
         x = fuzzy.Variable("x", (-2, 2), {"t": membership_function(name, p)})
         y = fuzzy.Variable("y", (0, 1), {"c": 1})
@@ -79,7 +79,7 @@ def test_lower_functions_equal_pythons(bench: ModulePage) -> None:
       return cases.map(([term, xs]) => xs.map(lowerDegree(term, functions[term.type], -2, 2)));
     }"""
     theirs = bench.page.evaluate(script, [functions_data(), asked])
-    assert sum(len(set(term["lower"])) == 3 for term, _ in asked) > 50
+    assert sum(len(set(term["lower"])) == 3 for term, _ in asked) > 20
     for (term, _), got, known in zip(asked, theirs, wanted, strict=True):
         np.testing.assert_allclose(
             [np.nan if v is None else v for v in got], known, rtol=1e-9, atol=1e-12, err_msg=term
