@@ -135,7 +135,7 @@ class Explanation:
         for j, (variable, value, fired) in enumerate(zip(self.system.outputs, self.output, self.fired, strict=True)):
             if self.interval:
                 low, high = (_quantity(end, variable) for end in self.interval[j])
-                how = f"the middle between {low} and {high}, the ends that type reduction finds"
+                how = f"the middle of the type-reduced set, {low} to {high}"
             line = f"{variable.name} = {_quantity(value, variable)}"
             if any(np.isnan(self.x)):
                 line += ", because an input is not a number"

@@ -55,6 +55,7 @@ from fuzzy.system import Sugeno
 
 # What makes a zip of a design: (system, name, type of numbers, points of a table) -> bytes
 _C_WRITER = next(iter(entry_points(group="fuzzyfleet.exports", name="c")), None)
+_TYPE_2 = "this is a type-2 system; what tries, trains and tunes a rule base here is for type-1 systems"
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 COARSE, FINE = 13, 0.2  # points of a small surface along each axis while one drags, and s until they are fine again
 REST = 0.4  # s after the last edit before the rules are checked
@@ -146,8 +147,8 @@ class _Page:
         self._sizes: dict[str, Any] = {}  # the buttons that fold and enlarge the pane that says why
         self._size = ""  # which of them is pressed
         found, missing = panels
-        if document.design.footprint is not None:  # what panels try and improve is a type-1 system
-            found = []
+        if document.design.footprint is not None:
+            found, missing = [], [_TYPE_2]
         belongs = [getattr(panel, "belongs", None) for panel in found]
         kept = [p for p, suits in zip(found, belongs, strict=True) if suits is None or suits(document.path)]
         self.panels = panels = kept, missing

@@ -136,7 +136,7 @@ def test_the_viewer_tells_firing_intervals_and_shares_that_make_the_output():
         assert told["rules"][3]["degrees"] == pytest.approx([1 - low])
     words = viewer_data(design_of(TWO), [2.0, 2.0])["words"]
     assert "fires 0.23 to 0.43" in words  # 0.8 (0.6 − 0.2) / 0.8 · 0.8 · 5/7, and 0.6 · 5/7
-    assert "the middle between" in words
+    assert "the middle of the type-reduced set" in words
 
 
 def test_pictures_show_the_footprint_and_others_are_refused():
