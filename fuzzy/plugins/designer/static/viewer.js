@@ -206,7 +206,8 @@ export function render({ model, el }) {
         curves.push(shape("line", { x1: column.from, x2: column.to, y1: base, y2: base, class: "fd-base" }));
         const t = variable.terms.findIndex((term) => term.name === clause?.term);
         if (t < 0) {
-          const any = shape("text", { y: base - 11, "text-anchor": "middle", class: "fd-none" }, "any");
+          const why = shape("title", {}, `any ${variable.name}: this rule does not ask for it`),
+            any = shape("text", { y: base - 11, "text-anchor": "middle", class: "fd-none" }, "any", why);
           curves.push(any);
           part.free.push([any, i]);
           return;
@@ -391,7 +392,7 @@ export function render({ model, el }) {
     }
     paintFoot(foot, columns, at, design());
     say(words, at?.words ?? "");
-    const between = (v, [low, high]) => ` (${said(low, 3, v.high - v.low)} to ${quantity(high, v)})`;
+    const between = (v, [low, high]) => ` (${quantity(low, { ...v, unit: "" })} to ${quantity(high, v)})`;
     const answer = outputs.map(
       (v, j) =>
         `${v.name} = ${at?.output?.[j] === null || at?.output?.[j] === undefined ? "not a number" : quantity(at.output[j], v)}${at && at.fired?.[j] === false ? " (no rule fires)" : ""}${at?.interval?.[j] ? between(v, at.interval[j]) : ""}`,
