@@ -3,17 +3,14 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from fuzzy.detached import detached
-from fuzzy.inference import Inference, InferenceWarning, infer
+from fuzzy.inference import InferenceWarning, infer
 from fuzzy.insight.universe import place_of, point_of
 from fuzzy.system import FuzzySystemError, Sugeno
-
-if TYPE_CHECKING:
-    from fuzzy import Type2Inference, Type2Sugeno
 
 
 class Surface(NamedTuple):
@@ -33,7 +30,7 @@ class Surface(NamedTuple):
 
 
 def surface(
-    fis: "Sugeno | Type2Sugeno",
+    fis: Any,
     inputs: Sequence[str | int] | str | int | None = None,
     output: str | int = 0,
     fixed: Mapping[Any, float] | None = None,
@@ -74,7 +71,7 @@ def surface(
 
 
 def surfaces(
-    fis: "Sugeno | Type2Sugeno", axes: Sequence[Sequence[int]], point: Sequence[float], points: int
+    fis: Any, axes: Sequence[Sequence[int]], point: Sequence[float], points: int
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Evaluate all outputs over several grids by one inference: for each, the values and whether a rule fires.
 
@@ -95,7 +92,7 @@ def surfaces(
     return [(z.reshape(*x.shape[:-1], -1), fired.reshape(*x.shape[:-1], -1)) for x, z, fired in found]
 
 
-def _inferred(fis: "Sugeno | Type2Sugeno", x: np.ndarray) -> "Inference | Type2Inference":
+def _inferred(fis: Any, x: np.ndarray) -> Any:
     """The inference at ``x`` (..., inputs), without a word of where no rule fires: the result shows it."""
     upper = fis if isinstance(fis, Sugeno) else fis.upper
     if upper.no_rule_fires == "error":
@@ -107,7 +104,7 @@ def _inferred(fis: "Sugeno | Type2Sugeno", x: np.ndarray) -> "Inference | Type2I
 
 
 def _grid(
-    fis: "Sugeno | Type2Sugeno", places: Sequence[int], counts: Sequence[int], point: np.ndarray
+    fis: Any, places: Sequence[int], counts: Sequence[int], point: np.ndarray
 ) -> tuple[Sequence[np.ndarray], np.ndarray]:
     """The grids of the inputs at ``places``, and the points (..., inputs) on them, the other inputs as in ``point``."""
     axes = [np.linspace(*fis.inputs[i].universe, count) for i, count in zip(places, counts, strict=True)]
@@ -118,7 +115,7 @@ def _grid(
     return grids, x
 
 
-def surface_axes(fis: "Sugeno | Type2Sugeno", inputs: Sequence[str | int] | str | int | None) -> list[int]:
+def surface_axes(fis: Any, inputs: Sequence[str | int] | str | int | None) -> list[int]:
     """Find the places of the one or two inputs that are the axes of a surface."""
     if inputs is None:
         inputs = range(min(2, len(fis.inputs)))
