@@ -14,8 +14,9 @@ from anfis.training import Training, train
 from fuzzy.fitting.clustering import finite_table
 from fuzzy.fitting.consequents import output_table
 from fuzzy.fitting.folds import FoldOrder, fold_rows
+from fuzzy.system import Sugeno
 
-Start = Any  # a system, or what makes one of x and y
+Start = Sugeno | Callable[[np.ndarray, np.ndarray], Sugeno]
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +115,7 @@ def cross_validate(
     found = []
     for k, held in enumerate(fold_rows(len(x), folds, order, seed)):
         learnt = np.delete(np.arange(len(x)), held)
-        fis = start if hasattr(start, "rules") else start(x[learnt], y[learnt])
+        fis: Any = start if isinstance(start, Sugeno) or hasattr(start, "rules") else start(x[learnt], y[learnt])
         told = None if callback is None else lambda row, k=k: callback(k, row)
         training = train(fis, x[learnt], y[learnt], options, check=check, callback=told)
         if training.stopped == "interrupted":

@@ -26,8 +26,8 @@ STAIRS = {
         plugins.tuning plugins.front plugins.loop
     """,
     "anfis": """
-        data point premises parameters consequents network type2network compiled state methods checkpoint accuracy training
-        folds intervals pruning plot commands plugins.designer plugins.regressor
+        data point premises parameters consequents network type2network compiled state methods checkpoint accuracy
+        training folds intervals pruning plot commands plugins.designer plugins.regressor
     """,
     "robotics": """
         tables world laws simulation measures studies show commands plugins.encounters plugins.reactive

@@ -104,7 +104,7 @@ def _inferred(fis: Any, x: np.ndarray) -> Any:
 
 
 def _grid(
-    fis: Any, places: Sequence[int], counts: Sequence[int], point: np.ndarray
+    fis: Sugeno, places: Sequence[int], counts: Sequence[int], point: np.ndarray
 ) -> tuple[Sequence[np.ndarray], np.ndarray]:
     """The grids of the inputs at ``places``, and the points (..., inputs) on them, the other inputs as in ``point``."""
     axes = [np.linspace(*fis.inputs[i].universe, count) for i, count in zip(places, counts, strict=True)]
@@ -115,7 +115,7 @@ def _grid(
     return grids, x
 
 
-def surface_axes(fis: Any, inputs: Sequence[str | int] | str | int | None) -> list[int]:
+def surface_axes(fis: Sugeno, inputs: Sequence[str | int] | str | int | None) -> list[int]:
     """Find the places of the one or two inputs that are the axes of a surface."""
     if inputs is None:
         inputs = range(min(2, len(fis.inputs)))
