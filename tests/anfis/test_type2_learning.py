@@ -112,6 +112,8 @@ def test_resumed_is_uninterrupted(tmp_path):
     again = anfis.train(system(), X, Y, options, resume=tmp_path / "c.pt")
     assert repr(again.history) == repr(whole.history)
     assert again.system == whole.system
+    with pytest.raises(TrainingError, match="another system"):
+        anfis.train(system("nietan"), X, Y, options, resume=tmp_path / "c.pt")
 
 
 @pytest.mark.parametrize("method", ["hybrid", "second-order", "least-squares"])

@@ -15,6 +15,9 @@ from fuzzy.plugins.designer.design import design_of, file_text
 from fuzzy.plugins.designer.document import Document
 from fuzzy.plugins.designer.edits import apply
 from fuzzy.plugins.designer.figures import figure_bytes
+from fuzzy.plugins.designer.notebook import NotebookSession
+from fuzzy.plugins.designer.open_documents import _kept
+from fuzzy.plugins.designer.saving import digest_of
 from fuzzy.plugins.designer.views import design_data, several_data, surface_data, viewer_data
 from tests.fuzzy.plugins.designer.design_messages import messages, system
 from tests.fuzzy.plugins.designer.served import tipper
@@ -63,6 +66,12 @@ def test_unsaved_work_and_snapshots_keep_the_footprint(document):
     assert again.text() == document.text()
     again.undo()
     assert again.saved
+    document.path.write_text("[System]", encoding="utf-8")  # nor does a file that cannot be read any more lose it
+    document._digest = digest_of(document.path)
+    document.autosave()
+    kept = _kept(document.path, fuzzy.InputError("damaged"))
+    assert kept is not None
+    assert Document(document.path, content=kept).text() == document.text()
 
 
 def test_what_makes_no_type_2_system_is_refused_and_changes_nothing(document):
@@ -96,6 +105,14 @@ def test_no_edits_make_a_file_that_cannot_be_read(sequence):
     assert back.footprint is not None
     assert file_text(back) == file_text(design)
     json.dumps([design_data(design), viewer_data(design)], allow_nan=False)
+
+
+def test_a_notebook_keeps_the_footprint():
+    session = NotebookSession(TWO)
+    session.hear({"edit": "footprint", "variable": "service", "term": "poor", "lower": [0.5, 0, 0]})
+    again = NotebookSession(TWO, session)
+    assert again.design.shown.lower["service"]["poor"] == fuzzy.Lower(0.5, 0)
+    assert again.traits()["design"]["inputs"][0]["terms"][0]["lower"] == [0.5, 0, 0]
 
 
 def test_surfaces_are_those_of_the_type_2_system():
