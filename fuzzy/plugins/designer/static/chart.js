@@ -400,6 +400,14 @@ export function whenShown(node, f) {
   return () => observer.disconnect();
 }
 
+/** What ends a module: all its `ends`, and the root goes. */
+export const endOf =
+  (root, ...ends) =>
+  () => {
+    for (const end of ends) end();
+    root.remove();
+  };
+
 /**
  * Draw a module now, and again before the next picture whenever one of these values or its width changes; returns what
  * ends it: further `ends`, and the root goes.
@@ -408,8 +416,5 @@ export function keepDrawn(model, names, root, draw, ...ends) {
   const { soon, end } = framed(draw);
   ends.push(end, watch(model, names, soon), whenSized(root, soon));
   draw();
-  return () => {
-    for (const each of ends) each();
-    root.remove();
-  };
+  return endOf(root, ...ends);
 }

@@ -303,29 +303,17 @@ function render({ model, el }) {
   // The bar --------------------------------------------------------------------------------------------------
   const name = make("span", { class: "name" }),
     state = make("span", { class: "state" });
-  const undo = make(
-    "button",
-    { type: "button", onclick: () => send({ do: "undo" }) },
-    "↶",
-    make("span", { class: "word" }, " Undo"),
-  );
-  const redo = make(
-    "button",
-    { type: "button", onclick: () => send({ do: "redo" }) },
-    "↷",
-    make("span", { class: "word" }, " Redo"),
-  );
-  const past = make(
-    "button",
-    {
-      type: "button",
-      "aria-label": "History",
-      title: "History: all edits, and snapshots",
-      onclick: () => send({ do: "history" }),
-    },
-    "◷",
-    make("span", { class: "word" }, " History"),
-  );
+  const worded = (wish, sign, word, more) =>
+    make(
+      "button",
+      { type: "button", onclick: () => send({ do: wish }), ...more },
+      sign,
+      make("span", { class: "word" }, ` ${word}`),
+    );
+  const undo = worded("undo", "↶", "Undo"),
+    redo = worded("redo", "↷", "Redo"),
+    title = "History: all edits, and snapshots",
+    past = worded("history", "◷", "History", { "aria-label": "History", title });
   const save = make("button", { type: "button", class: "first", title: key("S"), onclick: store }, "Save");
   // On a narrow screen the tree is a menu: the style sheet shows it while data-tree is "open".
   const tree = make(

@@ -1,7 +1,7 @@
 // The drawer History: snapshots, each with a small picture, and the edits that can be undone or made again. Model:
 // "history" { edits: [{ number, name, when, done }], forgotten }, "snapshots" { kept: [{ key, name, when, picture,
 // summary }], problems, most, longest } or null until they are read, "compared" (a key) and "removed" ({ key, name }).
-import { button, element, line, put, say, shape, watch } from "./chart.js";
+import { button, element, endOf, line, put, say, shape, watch } from "./chart.js";
 import { tint } from "./field.js";
 
 const WIDE = 92,
@@ -264,10 +264,7 @@ export function render({ model, el }) {
   const ends = [watch(model, ["snapshots", "compared", "removed"], showShots), watch(model, ["history"], showEdits)];
   showShots();
   showEdits();
-  return () => {
-    for (const end of ends) end();
-    root.remove();
-  };
+  return endOf(root, ...ends);
 }
 
 export default { render };

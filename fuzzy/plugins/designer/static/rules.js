@@ -5,6 +5,7 @@ import {
   choices,
   clamp,
   element,
+  endOf,
   offer,
   put,
   said,
@@ -593,10 +594,7 @@ export function render({ model, el }) {
     () => matrix.end(),
   ];
   paint();
-  return () => {
-    for (const end of ends) end();
-    root.remove();
-  };
+  return endOf(root, ...ends);
 }
 
 export default { render };

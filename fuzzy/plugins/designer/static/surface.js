@@ -4,6 +4,7 @@ import {
   choices,
   clamp,
   element,
+  endOf,
   heightLeft,
   labelled,
   offer,
@@ -353,13 +354,7 @@ export function render({ model, el }) {
     whenSized(area, paint),
   ];
   dark.addEventListener("change", paint);
-  return () => {
-    for (const end of ends) end();
-    dark.removeEventListener("change", paint);
-    place.drop();
-    picture.drop();
-    root.remove();
-  };
+  return endOf(root, ...ends, () => dark.removeEventListener("change", paint), place.drop, picture.drop);
 }
 
 export default { render };
