@@ -2,7 +2,9 @@
 
 /** An HTML element; "on..." adds a listener, true and null set and leave out an attribute. */
 export function element(tag, attributes = {}, ...children) {
-  return filled(document.createElement(tag), attributes, children);
+  const node = document.createElement(tag);
+  if (tag === "button") node.type = "button"; // it sends no form unless its attributes say so
+  return filled(node, attributes, children);
 }
 
 /** An SVG element, in the same way. */
@@ -87,7 +89,6 @@ export function button(icon, label, onclick, text = null) {
       shape("path", { d: ICONS[icon] }),
     );
   const attributes = {
-    type: "button",
     class: text ? "fd-button" : "fd-button fd-square",
     "aria-label": text ? null : label,
     title: label,

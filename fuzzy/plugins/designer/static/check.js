@@ -20,7 +20,6 @@ export function render({ model, el }) {
     element(
       "button",
       {
-        type: "button",
         class: "fd-button fd-link",
         onclick: () =>
           model.send(

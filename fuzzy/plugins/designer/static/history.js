@@ -135,7 +135,6 @@ export function render({ model, el }) {
       element(
         "button",
         {
-          type: "button",
           class: "fd-button",
           "data-action": action,
           "aria-label": `${word} ${present}`,
@@ -228,7 +227,7 @@ export function render({ model, el }) {
     // Rows stay, so that the focus does.
     while (edits.children.length > entries.length) edits.lastChild.remove();
     while (edits.children.length < entries.length)
-      edits.append(element("li", {}, element("button", { type: "button", class: "fd-edit" })));
+      edits.append(element("li", {}, element("button", { class: "fd-edit" })));
     for (const [k, { number, name: words, when, done }] of entries.entries()) {
       const node = edits.children[k].firstChild,
         key = JSON.stringify([number, words, when]);

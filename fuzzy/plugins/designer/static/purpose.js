@@ -14,7 +14,6 @@ export function render({ model, el }) {
     element(
       "button",
       {
-        type: "button",
         role: "radio",
         title: WORDS[purpose] ? `The rule base is ${WORDS[purpose]}` : null,
         "data-purpose": purpose,

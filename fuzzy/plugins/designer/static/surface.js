@@ -74,7 +74,6 @@ export function render({ model, el }) {
     element(
       "button",
       {
-        type: "button",
         class: "fd-tab",
         "data-view": name,
         onclick: () => {
@@ -93,7 +92,6 @@ export function render({ model, el }) {
     element(
       "button",
       {
-        type: "button",
         class: "fd-tab",
         "data-mode": mode,
         onclick: () => model.send({ look: "several", mode }),

@@ -347,7 +347,6 @@ export function render({ model, el }) {
       if (n >= tabs.childElementCount)
         tabs.append(
           element("button", {
-            type: "button",
             class: "fd-tab",
             onclick: () => {
               const [x, y] = variables()[n];
