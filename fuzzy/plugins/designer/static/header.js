@@ -74,6 +74,10 @@ function dialog(host, heading, rows, accept, done, stays = false) {
   return box;
 }
 
+/** A field for the name of a file. */
+const nameField = (more) =>
+  make("input", { type: "text", autocomplete: "off", spellcheck: "false", required: true, ...more });
+
 function render({ model, el }) {
   el.classList.add("shell-header");
   const send = (content) => model.send(content);
@@ -122,13 +126,7 @@ function render({ model, el }) {
         make("li", {}, make("a", { href: address(name), "aria-current": name === file ? "page" : null }, text)),
       );
     }
-    const name = make("input", {
-      type: "text",
-      autocomplete: "off",
-      spellcheck: "false",
-      placeholder: "name.fis",
-      required: true,
-    });
+    const name = nameField({ placeholder: "name.fis" });
     const rows = [
       make("p", {}, files.length ? "Files of this folder:" : "This folder has no .fis files yet."),
       list,
@@ -146,13 +144,7 @@ function render({ model, el }) {
   }
 
   function saveAs() {
-    const name = make("input", {
-      type: "text",
-      autocomplete: "off",
-      spellcheck: "false",
-      required: true,
-      value: shell().unnamed ?? shell().file,
-    });
+    const name = nameField({ value: shell().unnamed ?? shell().file });
     const id = `shell-refused-${++count}`,
       why = make("p", { class: "problem", role: "alert", id });
     const box = dialog(
