@@ -150,3 +150,12 @@ def menu(page: Any, entry: str) -> None:
     """Choose an entry of the file's menu."""
     page.get_by_role("button", name="File ▾").click()
     page.get_by_role("menuitem", name=entry).click()
+
+
+def grip(page: Any, handle: Any) -> tuple[float, float]:
+    """Press the mouse in the middle of ``handle``; that place [px]."""
+    box = handle.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    return x, y

@@ -1,5 +1,5 @@
 // The editor of the terms: the chosen variable's curves or consequents, and a line of fields for each term.
-import { button, choices, color, element, offer, put, said, say, watch, whenShown, whenSized } from "./chart.js";
+import { button, choices, color, element, endOf, offer, put, said, say, watch, whenShown, whenSized } from "./chart.js";
 import { hold, numberField, pressing, problemLine, wordField } from "./dragging.js";
 import { membershipChart } from "./curves.js";
 import { degree, lowerDegree } from "./membership.js";
@@ -368,7 +368,6 @@ export function render({ model, el }) {
       if (n >= tabs.childElementCount)
         tabs.append(
           element("button", {
-            type: "button",
             class: "fd-tab",
             onclick: () => {
               const [x, y] = variables()[n];
@@ -489,12 +488,7 @@ export function render({ model, el }) {
     }),
   ];
   ends.push(whenShown(root, paint)); // a link may lead here before the tab is shown
-  return () => {
-    for (const end of ends) end();
-    terms.drop();
-    place.drop();
-    root.remove();
-  };
+  return endOf(root, ...ends, terms.drop, place.drop);
 }
 
 export default { render };

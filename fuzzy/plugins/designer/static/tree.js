@@ -1,5 +1,5 @@
 // The system as a tree: inputs, outputs, their terms, the rules, and the choices of inference.
-import { button, choices, color, element, line, offer, put, said, scale, shape, watch } from "./chart.js";
+import { button, choices, color, element, endOf, line, offer, put, said, scale, shape, watch } from "./chart.js";
 import { problemLine, wordField } from "./dragging.js";
 import { degree, places } from "./membership.js";
 
@@ -301,10 +301,7 @@ export function render({ model, el }) {
     }),
   ];
   paint();
-  return () => {
-    for (const end of ends) end();
-    root.remove();
-  };
+  return endOf(root, ...ends);
 }
 
 export default { render };

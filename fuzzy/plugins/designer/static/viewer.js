@@ -4,6 +4,7 @@ import {
   color,
   cut,
   element,
+  endOf,
   line,
   put,
   quantity,
@@ -429,11 +430,7 @@ export function render({ model, el }) {
       build();
     }),
   ];
-  return () => {
-    for (const end of ends) end();
-    place.drop();
-    root.remove();
-  };
+  return endOf(root, ...ends, place.drop);
 }
 
 export default { render };
