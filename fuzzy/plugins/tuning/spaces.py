@@ -8,13 +8,12 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fuzzy.compiled.sugeno import compile_sugeno
-from fuzzy.files.fisfile import format_fis
 from fuzzy.inference import forgiving
 from fuzzy.plugins.trees.compiled import compile_tree
 from fuzzy.plugins.trees.space import TreeSpace
 from fuzzy.plugins.trees.tree import Tree
 from fuzzy.plugins.type2.compiled import compile_type2
-from fuzzy.plugins.type2.files import format_type2
+from fuzzy.plugins.type2.files import format_either
 from fuzzy.plugins.type2.space import Type2Space
 from fuzzy.plugins.type2.system import Type2Sugeno
 from fuzzy.system import FuzzySystemError, Sugeno
@@ -63,7 +62,7 @@ def changed(fis: System, change: Callable[[Sugeno], Sugeno]) -> System:
 
 def digest(fis: Any) -> str:
     """What tells a system from others."""
-    text = format_type2(fis) if isinstance(fis, Type2Sugeno) else "".join(map(format_fis, systems_of(fis)))
+    text = "".join(map(format_either, [fis] if isinstance(fis, Type2Sugeno) else systems_of(fis)))
     wired = repr((fis.order, fis.connections, fis.answers)) if isinstance(fis, Tree) else ""
     return sha256((text + wired).encode()).hexdigest()
 

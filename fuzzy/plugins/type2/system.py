@@ -178,6 +178,10 @@ class Type2Sugeno:
         """Evaluate the outputs (..., outputs) at ``x`` (..., inputs), numpy or torch; see :func:`infer_type2`."""
         return infer_type2(self, x).output
 
+    def infer(self, x: Any) -> Type2Inference:
+        """Every layer at ``x`` (..., inputs), see :func:`infer_type2`."""
+        return infer_type2(self, x)
+
     def search_space(
         self, move: Collection[str] | None = None, symmetric: bool = True, data: tuple[Array, Array] | None = None
     ) -> Type2Space:

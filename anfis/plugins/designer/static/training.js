@@ -124,7 +124,7 @@ export async function render({ model, el }) {
     };
     asks.replaceChildren(
       ...wanted.map((ask, i) => field(ask.title, controls[i])),
-      element("button", { type: "button", onclick: make }, "Make the data"),
+      element("button", { onclick: make }, "Make the data"),
     );
   }
   const data = group("Data", sources, asks, about);

@@ -95,8 +95,7 @@ export function panelForm(model, home, { leads = false, columns = null, chosen =
   }
 
   /** A button for a wish of the page. */
-  const act = (text, wish, kind = null) =>
-    element("button", { type: "button", class: kind, onclick: () => send({ do: wish }) }, text);
+  const act = (text, wish, kind = null) => element("button", { class: kind, onclick: () => send({ do: wish }) }, text);
 
   return { get, send, choose, fields, note, refuse, drawProblem, number, list, check, act };
 }

@@ -19,7 +19,15 @@ import {
   scale,
   shape,
 } from "../../../../fuzzy/plugins/designer/static/chart.js";
-import { acts, checkBox, field, formStyled, group, panelForm, row } from "../../../../fuzzy/plugins/designer/static/form.js";
+import {
+  acts,
+  checkBox,
+  field,
+  formStyled,
+  group,
+  panelForm,
+  row,
+} from "../../../../fuzzy/plugins/designer/static/form.js";
 
 const NAMES = [
   "accepted",
