@@ -336,7 +336,7 @@ def mutated(data, rng):
     return data
 
 
-@pytest.mark.parametrize("count", [6, pytest.param(60, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [4, pytest.param(40, marks=pytest.mark.long)])
 def test_of_mutated_files_none_is_accepted_that_a_simulated_period_refutes(certificate, count):
     data, rng = json.loads(json.dumps(contents(certificate))), np.random.default_rng(6)
     (cell,) = data["V"]  # a third of the region, which takes few boxes
