@@ -69,7 +69,7 @@ def test_unsaved_work_and_snapshots_keep_the_footprint(document):
     document.path.write_text("[System]", encoding="utf-8")  # nor does a file that cannot be read any more lose it
     document._digest = digest_of(document.path)
     document.autosave()
-    kept = _kept(document.path, fuzzy.InputError("damaged"))
+    kept = _kept(document.path, fuzzy.FisFileError(str(document.path), 1, "damaged"))
     assert kept is not None
     assert Document(document.path, content=kept).text() == document.text()
 
@@ -111,6 +111,7 @@ def test_a_notebook_keeps_the_footprint():
     session = NotebookSession(TWO)
     session.hear({"edit": "footprint", "variable": "service", "term": "poor", "lower": [0.5, 0, 0]})
     again = NotebookSession(TWO, session)
+    assert isinstance(again.design.shown, fuzzy.Type2Sugeno)
     assert again.design.shown.lower["service"]["poor"] == fuzzy.Lower(0.5, 0)
     assert again.traits()["design"]["inputs"][0]["terms"][0]["lower"] == [0.5, 0, 0]
 
@@ -136,7 +137,7 @@ def test_the_viewer_tells_firing_intervals_and_shares_that_make_the_output():
     )
     for _ in range(20):
         x = rng.uniform(0, 10, 2)
-        told = viewer_data(design_of(fis), x)
+        told = viewer_data(design_of(fis), x.tolist())
         least, most = ([row[name] for row in told["rules"]] for name in ("least", "firing"))
         proposed = [row["proposed"][0] for row in told["rules"]]
         ends = [
