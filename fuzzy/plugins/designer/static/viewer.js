@@ -206,7 +206,8 @@ export function render({ model, el }) {
         curves.push(shape("line", { x1: column.from, x2: column.to, y1: base, y2: base, class: "fd-base" }));
         const t = variable.terms.findIndex((term) => term.name === clause?.term);
         if (t < 0) {
-          const any = shape("text", { y: base - 11, "text-anchor": "middle", class: "fd-none" }, "any");
+          const why = shape("title", {}, `any ${variable.name}: this rule does not ask for it`),
+            any = shape("text", { y: base - 11, "text-anchor": "middle", class: "fd-none" }, "any", why);
           curves.push(any);
           part.free.push([any, i]);
           return;
