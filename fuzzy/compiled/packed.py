@@ -52,12 +52,14 @@ class PackedColumns(Columns):
     b = column("", "(terms,): the second")
     c = column("", "(terms,): the third")
     d = column("", "(terms,): the fourth")
-    lines = column("", "(terms, LineColumns), of use where all are triangles and trapezoids, of MARKED rules at most")
+    lines = column(
+        "", "(terms, LineColumns), of use where all are triangles or trapezoids, and rules few"
+    )
     # The clauses of all rules are one sequence, those of a rule in the order of the inputs.
     rule_end = column("", "(rules,): the last clause's number + 1")
     is_or = column("", "(rules,)")
     weight = column("", "(rules,)")
-    needs = column("", "(rules,): a bit for each of the first MARKED at whose 0 the rule does not fire")
+    needs = column("", "(rules,): a bit for each of the first WHOLE_BITS at whose 0 the rule does not fire")
     clause_term = column("", "(clauses,)")
     clause_power = column("", "(clauses,)")
     clause_negated = column("", "(clauses,)")
@@ -85,7 +87,7 @@ class LineColumns(Columns):
 
 
 _LINE = LineColumns.size
-MARKED = np.uint64(52)  # terms, or rules, that are told by the bits of a float64
+WHOLE_BITS = np.uint64(52)  # terms, or rules, that are told by the bits of a float64
 # What evaluate_packed tells, to be added
 OUTSIDE = 1  # an input is outside its universe
 NO_RULE = 2  # no rule fires for an output
@@ -116,12 +118,12 @@ def packed(fis: Sugeno | Any, sample: bool = False) -> np.ndarray:
     lists["needs"] = np.zeros(len(fis.rules))
     for r, row in enumerate(asked):
         needed = {number[i][t] for i, t in row if not s.is_or[r] and not s.negated[i, r] and s.power[i, r] > 0}
-        lists["needs"][r] = sum(1 << t for t in needed if t < MARKED)
+        lists["needs"][r] = sum(1 << t for t in needed if t < WHOLE_BITS)
     lists["clause_term"] = [t for _, _, t in clauses]
     lists["clause_power"] = [s.power[i, r] for i, r, _ in clauses]
     lists["clause_negated"] = [s.negated[i, r] for i, r, _ in clauses]
     straight = {*lists["segment_kind"]} <= {KIND.Triangle, KIND.Trapezoid}
-    lined = 2 ** len(fis.rules) - 1 if straight and len(fis.rules) <= MARKED else 0
+    lined = 2 ** len(fis.rules) - 1 if straight and len(fis.rules) <= WHOLE_BITS else 0
     for i, r, t in clauses if lined else ():
         lists["lines"][t, 1] += 1 << r
         if not s.is_or[r]:
@@ -370,7 +372,7 @@ def _firing(
             alive ^= lowest
     else:
         nowhere = np.uint64(0)  # a bit for each term whose degree is 0: what needs one of them does not fire
-        for t in range(min(whole(header.terms), MARKED)):
+        for t in range(min(whole(header.terms), WHOLE_BITS)):
             nowhere |= np.uint64(work[degrees + t] == 0.0) << t
         for r in range(rules):  # without a jump, of which the processor would guess many wrong
             work[firing + rules + may_fire] = np.float64(r)
