@@ -52,9 +52,7 @@ class PackedColumns(Columns):
     b = column("", "(terms,): the second")
     c = column("", "(terms,): the third")
     d = column("", "(terms,): the fourth")
-    lines = column(
-        "", "(terms, LineColumns), of use where all are triangles or trapezoids, and rules few"
-    )
+    lines = column("", "(terms, LineColumns), of use where all are triangles or trapezoids, and rules few")
     # The clauses of all rules are one sequence, those of a rule in the order of the inputs.
     rule_end = column("", "(rules,): the last clause's number + 1")
     is_or = column("", "(rules,)")
