@@ -41,6 +41,7 @@ class PackedColumns(Columns):
     clip = column("", "1: inputs are clipped to their universe")
     plain = column("", "1: all rules are 'and' without a hedge and without 'not'")
     every = column("", "1: a rule that does not fire counts, since it proposes what is not finite")
+    lined = column("", "a bit for each rule where there are lines; otherwise 0")
     low = column("", "(inputs,): the lower ends of the universes of discourse")
     high = column("", "(inputs,): the upper ends")
     # The terms are numbered by input and kind: a segment is all terms of one input with one membership function.
@@ -51,11 +52,12 @@ class PackedColumns(Columns):
     b = column("", "(terms,): the second")
     c = column("", "(terms,): the third")
     d = column("", "(terms,): the fourth")
+    lines = column("", "(terms, LineColumns), of use where all are triangles or trapezoids, and rules few")
     # The clauses of all rules are one sequence, those of a rule in the order of the inputs.
     rule_end = column("", "(rules,): the last clause's number + 1")
     is_or = column("", "(rules,)")
     weight = column("", "(rules,)")
-    needs = column("", "(rules,): a bit for each of the first MARKED_TERMS at whose 0 the rule does not fire")
+    needs = column("", "(rules,): a bit for each of the first WHOLE_BITS at whose 0 the rule does not fire")
     clause_term = column("", "(clauses,)")
     clause_power = column("", "(clauses,)")
     clause_negated = column("", "(clauses,)")
@@ -69,7 +71,21 @@ class PackedColumns(Columns):
     samples = column("", "of each term without a number READ_STEPS + 1 degrees, from place a on, between b and c")
 
 
-MARKED_TERMS = np.uint64(52)  # terms whose degree of 0 is told by a bit of a float64
+class LineColumns(Columns):
+    """A triangle or a trapezoid, and a bit for each rule of those that ask for it."""
+
+    input = column("", "its number")
+    asked = column("", "all rules")
+    needed = column("", "those that do not fire where it is 0")
+    denied = column("", "those that do not fire where it is 1")
+    a = column("", "the left foot")
+    b = column("", "the left end of the top")
+    c = column("", "the right one")
+    d = column("", "the right foot")
+
+
+_LINE = LineColumns.size
+WHOLE_BITS = np.uint64(52)  # terms, or rules, that are told by the bits of a float64
 # What evaluate_packed tells, to be added
 OUTSIDE = 1  # an input is outside its universe
 NO_RULE = 2  # no rule fires for an output
@@ -100,10 +116,16 @@ def packed(fis: Sugeno | Any, sample: bool = False) -> np.ndarray:
     lists["needs"] = np.zeros(len(fis.rules))
     for r, row in enumerate(asked):
         needed = {number[i][t] for i, t in row if not s.is_or[r] and not s.negated[i, r] and s.power[i, r] > 0}
-        lists["needs"][r] = sum(1 << t for t in needed if t < MARKED_TERMS)
+        lists["needs"][r] = sum(1 << t for t in needed if t < WHOLE_BITS)
     lists["clause_term"] = [t for _, _, t in clauses]
     lists["clause_power"] = [s.power[i, r] for i, r, _ in clauses]
     lists["clause_negated"] = [s.negated[i, r] for i, r, _ in clauses]
+    straight = {*lists["segment_kind"]} <= {KIND.Triangle, KIND.Trapezoid}
+    lined = 2 ** len(fis.rules) - 1 if straight and len(fis.rules) <= WHOLE_BITS else 0
+    for i, r, t in clauses if lined else ():
+        lists["lines"][t, 1] += 1 << r
+        if not s.is_or[r]:
+            lists["lines"][t, 3 if s.negated[i, r] else 2] += 1 << r
     lists["takes_part"] = s.consequent >= 0
     lists["complete"] = (s.consequent >= 0).all(axis=-1)
     lists["constant"], lists["slopes"] = proposed_numbers(fis)
@@ -124,6 +146,7 @@ def packed(fis: Sugeno | Any, sample: bool = False) -> np.ndarray:
         "or_max": fis.or_method == "max",
         "weighted_sum": fis.defuzzification == "wtsum",
         "clip": fis.out_of_range == "clip",
+        "lined": lined,
         "every": not (np.isfinite(lists["constant"]).all() and np.isfinite(lists["slopes"]).all()),
         "plain": bool((s.power == 1).all()) and not (s.is_or.any() or s.negated.any()),
         **dict(zip(rows, begins, strict=False)),
@@ -157,6 +180,8 @@ def _lay_out_terms(fis: Sugeno, lists: dict[str, Any], sample: bool) -> list[lis
         parameters[: len(values), k] = values
         number[i][t] = k
     lists |= dict(zip("abcd", parameters, strict=True)) | {"samples": samples}
+    corners = [parameters[[0, 1, 1, 2] if kind == KIND.Triangle else ..., k] for k, (_, kind, _) in enumerate(terms)]
+    lists["lines"] = np.array([[i, 0, 0, 0, *row] for (i, _, _), row in zip(terms, corners, strict=True)])
     if strange:
         warnings.warn(
             f"{fis.name}: the compiled inference has no branch for {', '.join(strange)}, and reads it in {READ_STEPS} "
@@ -231,6 +256,31 @@ def _at_trapezoid(x: float, a: float, b: float, c: float, d: float) -> float:
 
 
 @compiled_only(forceinline=True)
+def _line_degrees(system: np.ndarray, work: np.ndarray, at: int) -> tuple[Any, bool]:
+    """Layer 1 of triangles and trapezoids: the degrees of which a rule asks that may still fire.
+
+    Returns a bit for each rule that fires or may do so, and whether a degree is not-a-number.
+    """
+    header, unknown = PackedColumns(system), False
+    alive, row = whole(header.lined), whole(header.lines)
+    for t in range(whole(header.terms)):
+        line = LineColumns(system, row)
+        if whole(line.asked) & alive:
+            x, degree = work[whole(line.input)], 1.0
+            if x < line.a or x > line.d:
+                degree = 0.0
+                alive &= ~whole(line.needed)
+            elif line.b <= x <= line.c:
+                alive &= ~whole(line.denied)
+            else:
+                degree = trapezoid(x, line.a, line.b, line.c, line.d)
+                unknown |= degree != degree
+            work[at + t] = degree
+        row += np.uint64(_LINE)
+    return alive, unknown
+
+
+@compiled_only(forceinline=True)
 def _degrees(
     kind: int, system: np.ndarray, lists: Any, begin: int, end: int, i: int, work: np.ndarray, at: int
 ) -> bool:
@@ -300,23 +350,31 @@ def _hedged(degree: float, power: float, negated: bool) -> float:
 
 @compiled_only(forceinline=True)
 def _firing(
-    system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int, every: bool
+    system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int, every: bool, alive: Any
 ) -> tuple[Any, float]:
     """Layer 2 from degrees: the strengths of the rules that fire and, from ``firing + rules`` on, their numbers.
 
-    Returns how many they are, and the sum of their strengths. With ``every`` they are all rules.
+    Returns how many they are, and the sum of their strengths. With ``every`` they are all rules. Of lines ``alive``
+    tells those that may.
     """
     header = PackedColumns(system)
     ends, is_or, weight = whole(header.rule_end), whole(header.is_or), whole(header.weight)
     term, power, negated = whole(header.clause_term), whole(header.clause_power), whole(header.clause_negated)
     and_min, or_max, plain = header.and_min != 0.0, header.or_max != 0.0, header.plain != 0.0
     needs, may_fire, count, total = whole(header.needs), np.uint64(0), np.uint64(0), 0.0
-    nowhere = np.uint64(0)  # a bit for each term whose degree is 0: what needs one of them does not fire
-    for t in range(min(whole(header.terms), MARKED_TERMS)):
-        nowhere |= np.uint64(work[degrees + t] == 0.0) << t
-    for r in range(rules):  # without a jump, of which the processor would guess many wrong
-        work[firing + rules + may_fire] = np.float64(r)
-        may_fire += np.uint64(every or not whole(system[needs + r]) & nowhere)
+    if header.lined != 0.0 and not every:
+        while alive != 0:
+            lowest = alive & (~alive + np.uint64(1))
+            work[firing + rules + may_fire] = np.float64((np.float64(lowest).view(np.int64) >> 52) - 1023)  # its number
+            may_fire += np.uint64(1)
+            alive ^= lowest
+    else:
+        nowhere = np.uint64(0)  # a bit for each term whose degree is 0: what needs one of them does not fire
+        for t in range(min(whole(header.terms), WHOLE_BITS)):
+            nowhere |= np.uint64(work[degrees + t] == 0.0) << t
+        for r in range(rules):  # without a jump, of which the processor would guess many wrong
+            work[firing + rules + may_fire] = np.float64(r)
+            may_fire += np.uint64(every or not whole(system[needs + r]) & nowhere)
     for n in range(may_fire):
         r, w = whole(work[firing + rules + n]), 0.0
         begin, end = whole(system[ends + r - np.uint64(1)]) if r > 0 else np.uint64(0), whole(system[ends + r])
@@ -438,12 +496,17 @@ def evaluate_packed(system: np.ndarray, x: np.ndarray, output: np.ndarray, work:
             else:
                 told, every = OUTSIDE, every or abs(value) == np.inf
         work[i] = value
-    unknown |= _memberships(system, work, inputs, header.logs != 0.0)
+    alive, strange = np.uint64(0), False
+    if header.lined != 0.0 and not every:
+        alive, strange = _line_degrees(system, work, inputs)
+    else:
+        strange = _memberships(system, work, inputs, header.logs != 0.0)
+    unknown |= strange
     firing, count, sum_ = inputs + terms, rules, 1.0
     if header.logs != 0.0:
         _log_weights(system, work, inputs, firing, rules)
     else:
-        count, sum_ = _firing(system, work, inputs, firing, rules, every)
+        count, sum_ = _firing(system, work, inputs, firing, rules, every, alive)
         sum_ = 1.0 if sum_ == 0.0 else sum_
     default = whole(header.default)
     for o in range(whole(header.outputs)):

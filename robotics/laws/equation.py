@@ -295,6 +295,7 @@ def pointed(function: Any, kinds: tuple[Any, ...]) -> Any:
             function.disable_compile()
             (only,) = function.overloads.values()
             function.get_compile_result = lambda signature: only  # at each call Numba would hash all types for it
+            only.library.get_pointer_to_function = cache(only.library.get_pointer_to_function)  # and ask LLVM for it
     return function
 
 

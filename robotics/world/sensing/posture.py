@@ -24,7 +24,7 @@ from robotics.world.sensing.kalman import EstimateColumns, begin, joined
 from robotics.world.vehicle.plant import ParameterColumns, TruthColumns
 
 # Noise is drawn for many periods at a time: fewer calls, in bounded memory
-_NOISE_BLOCK = 256  # periods
+_NOISE_BLOCK, _FEW_DRAWS = 256, 32_768  # periods, or numbers, at least
 _MOST_DRAWS = 4_000_000  # numbers
 
 
@@ -158,7 +158,8 @@ class PostureNoise:
         noisy = any(s.position_noise or s.heading_noise for s in sensing)
         scaled = any(s.relative_noise for s in sensing)
         own = tuple(np.random.default_rng([seed, RELATIVE_STREAM]) for seed in seeds if scaled)
-        periods = min(_NOISE_BLOCK, ticks + 1, max(1, _MOST_DRAWS // (3 * len(sensing) * len(seeds))))
+        numbers = 3 * len(sensing) * len(seeds)  # a period
+        periods = min(max(_NOISE_BLOCK, _FEW_DRAWS // numbers), ticks + 1, max(1, _MOST_DRAWS // numbers))
         return cls(tuple(sensing), periods, tuple(generators) if noisy else (), own)
 
     def senses(self, counts: np.ndarray) -> Senses:

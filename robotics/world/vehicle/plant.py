@@ -145,7 +145,7 @@ class BlockColumns(Columns):
 
 _ANY_RATE = 1e300
 _BLOCK = 32  # lanes of a block, whose rows of numbers stay in the first cache
-_VECTOR = 8  # lanes: a block is filled up to a multiple of it
+_VECTOR = 4  # lanes: a block is filled up to a multiple of it
 # Where a block's parameters and commands begin
 _PARAMETERS = BlockColumns.parameter.row * _BLOCK
 _COMMANDS = BlockColumns.volt_r.row * _BLOCK

@@ -8,12 +8,13 @@ from hypothesis.extra.numpy import arrays
 
 from fuzzy.compiled.packed import NO_RULE, OUTSIDE, PackedColumns, evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import compile_sugeno
-from fuzzy.membership import FUNCTIONS, LinearS, Triangle
+from fuzzy.membership import FUNCTIONS, LinearS, Trapezoid, Triangle
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Sugeno, Variable
 from tests.fuzzy.random_systems import POSITIVE, systems, systems_with_points
 from tests.randomcases import cases
 
+LINES = (Triangle, Trapezoid)  # of which a rule leaves terms out
 quiet = pytest.mark.filterwarnings("ignore::fuzzy.inference.InferenceWarning")
 
 
@@ -28,14 +29,18 @@ def by_point(fis: Sugeno, x: np.ndarray) -> np.ndarray:
 
 @quiet
 @settings(max_examples=cases(150))
-@given(systems_with_points(shape=(5,)) | systems_with_points(kinds=POSITIVE, plain=True, shape=(5,)))
+@given(
+    systems_with_points(shape=(5,))
+    | systems_with_points(kinds=LINES, shape=(5,))
+    | systems_with_points(kinds=POSITIVE, plain=True, shape=(5,))
+)
 def test_bits_are_those_of_the_compiled_system(drawn):
     fis, x = drawn
     np.testing.assert_array_equal(by_point(fis, x), compile_sugeno(fis)(x))
 
 
 @quiet
-@pytest.mark.parametrize("kinds", [FUNCTIONS, POSITIVE])
+@pytest.mark.parametrize("kinds", [FUNCTIONS, LINES, POSITIVE])
 @settings(max_examples=cases(60))
 @given(data=st.data())
 def test_bits_are_the_same_for_extreme_numbers(kinds, data):
@@ -43,6 +48,18 @@ def test_bits_are_the_same_for_extreme_numbers(kinds, data):
     numbers = [0.3, 1e10, -1e155, 1e200, -1e300, np.inf, -np.inf, np.nan]
     x = data.draw(arrays(np.float64, (6, len(fis.inputs)), elements=st.sampled_from(numbers)))
     np.testing.assert_array_equal(by_point(fis, x), compile_sugeno(fis)(x))
+
+
+@pytest.mark.parametrize("count", [52, 53])
+def test_as_many_rules_as_bits_and_one_more(count):
+    terms = {f"t{k}": Triangle(k - 1, k, k + 1) for k in range(count)}
+    rules = [f"x is {'not ' * (k % 2)}t{k} => y = u{k}" for k in range(count)]
+    fis = Sugeno(
+        (Variable("x", (0, count - 1), terms),), (Variable("y", (0, 1), {f"u{k}": k for k in range(count)}),), rules
+    )
+    x = np.linspace(0, count - 1, 4 * count - 3)[:, None]
+    np.testing.assert_array_equal(by_point(fis, x), compile_sugeno(fis)(x))
+    assert (PackedColumns(packed(fis)).lined > 0) == (count == 52)
 
 
 def test_sizes_stand_in_the_header_and_a_compiled_system_can_be_packed():
