@@ -14,7 +14,6 @@ Stability and safety: none is proved. It was shown by runs on random scenarios a
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -38,7 +37,7 @@ from robotics.plugins.reactive.along import (
     wanted,
 )
 from robotics.plugins.reactive.orca import OrcaHeard, OrcaMessage, look_for_others
-from robotics.plugins.reinforcement.neural import answer
+from robotics.plugins.reinforcement.neural import NeuralPolicy, answer
 from robotics.plugins.reinforcement.policyfile import Policy, PolicyColumns, load_policy
 from robotics.world.radio.channel import predicted
 
@@ -182,15 +181,7 @@ class TeamPolicy(AlongPath):
                 f"the policy {self.name} was not learnt for teams: its inputs must be {', '.join(INPUTS)}"
             )
 
-    @property
-    def name(self) -> str:
-        """What messages call the policy."""
-        return self.policy if isinstance(self.policy, str) else "at hand"
-
-    @property
-    def learnt_how(self) -> str:
-        """The training of its policy."""
-        return self.network.training
+    name, learnt_how, rule_rows = NeuralPolicy.name, NeuralPolicy.learnt_how, NeuralPolicy.rule_rows
 
     @cached_property
     def network(self) -> Policy:
@@ -198,10 +189,6 @@ class TeamPolicy(AlongPath):
         if isinstance(self.policy, Policy):
             return self.policy
         return load_policy(Path(__file__).parent / "data" / f"{_OWN}.json" if self.policy == _OWN else self.policy)
-
-    def rule_rows(self) -> Sequence[np.ndarray]:
-        """The network."""
-        return (self.network.packed,)
 
     def working_for(self, robots: int, sensors: int) -> int:
         """Room for the points, and for two layers."""

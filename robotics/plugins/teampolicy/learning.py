@@ -1,34 +1,32 @@
-"""Learning a policy for teams: imitation of ORCA, then proximal policy optimisation [Schulman et al. 2017].
+"""Learning a policy for teams: imitation of ORCA, then proximal policy optimisation [Schulman 2017].
 
 Whole runs of drawn scenarios are driven in the one compiled loop by a law that notes what it observes, what it answers
 and what ORCA would have: :class:`Pupil`. So nothing of the simulator or of the law is written twice.
 
-Imitation [Ross, Gordon and Bagnell 2011]: ORCA drives, then the network, in round after round; of all that was met so
+Imitation [Ross 2011]: ORCA drives, then the network, in round after round; of all that was met so
 far the network learns ORCA's commands. Then it is paid, a period of T seconds,
 
     progress · nominal time − T (near · max(1 − clearance/0.1 m, 0) + rough · |Δanswer|)
                             − contact · [it drives into something]
 
-until it arrives or drives into something. Advantages are generalised ones [Schulman et al. 2016], for each robot by
+until it arrives or drives into something. Advantages are generalised ones [Schulman 2016], for each robot by
 itself.
 """
 
-import math
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.columns import Floats3, column
-from fuzzy.compiled.jit import compiled_only
+from fuzzy.compiled.columns import Floats3
 from fuzzy.quantity import check_quantities, part, quantity, whole
 from robotics.laws.equation import WrittenColumns, equation
 from robotics.laws.setting import Setting
 from robotics.plugins.reactive.along import REMEMBERED_POINTS
-from robotics.plugins.reactive.orca import Orca, OrcaMessage, avoiding_velocity
+from robotics.plugins.reactive.orca import Orca, avoiding_velocity
 from robotics.plugins.reinforcement.neural import answer
 from robotics.plugins.reinforcement.policyfile import Policy, PolicyColumns
 from robotics.plugins.reinforcement.task import TaskError
@@ -38,7 +36,6 @@ from robotics.plugins.teampolicy.law import (
     ALL,
     INPUTS,
     TeamPolicy,
-    TeamPolicyMemory,
     drive_answer,
     look,
     observe_team,
@@ -63,8 +60,8 @@ _POSE = 3  # x [m], y [m], heading [rad], before what the law notes
 class TeamLearning:
     """How a policy for teams is learnt. Raises TaskError for numbers that cannot be."""
 
-    rounds: int = whole(12, least=0, most=1000, doc="Rounds of imitation.")
-    updates: int = whole(150, least=0, most=10**6, doc="How often what was driven then changes the network.")
+    rounds: int = whole(10, least=0, most=1000, doc="Rounds of imitation.")
+    updates: int = whole(60, least=0, most=10**6, doc="How often what was driven then changes the network.")
     scenarios: int = whole(24, least=1, most=10_000, doc="Scenarios that are driven in a round, and before an update.")
     epochs: int = whole(4, least=1, most=100, doc="How often an update sees each sample.")
     batch: int = whole(4096, least=2, doc="Samples of a gradient.")
@@ -74,7 +71,7 @@ class TeamLearning:
     clip: float = quantity(0.2, "1", above=0, doc="How far the ratio of probabilities may go.")
     spread: float = quantity(0.1, "1", above=0, doc="The standard deviation of answers; it falls to a third.")
     units: int = whole(64, least=1, most=4096, doc="Units of each of the two hidden layers.")
-    contact: float = quantity(20.0, "s", least=0, doc="What it costs to drive into something.")
+    contact: float = quantity(80.0, "s", least=0, doc="What it costs to drive into something.")
     near: float = quantity(4.0, "1", least=0, doc="What it costs to be nearer than 10 cm to something, a second.")
     rough: float = quantity(0.2, "1", least=0, doc="What changes of answers cost, a second.")
 
@@ -83,19 +80,6 @@ class TeamLearning:
 
 
 # Driving to learn --------------------------------------------------------------------------------------------------
-
-
-class PupilMemory(TeamPolicyMemory):
-    """What it remembers beside."""
-
-    dice = column("1", "the state of its generator")
-
-
-@compiled_only
-def _thrown(memory):  # type: ignore[no-untyped-def]
-    """A number from 0 to 1: Park and Miller's generator."""
-    memory.dice = (memory.dice * 16807.0) % 2147483647.0
-    return memory.dice / 2147483647.0
 
 
 @equation
@@ -114,8 +98,9 @@ def try_out(robot, gain, memory, command, work, rules, known, i, table):  # type
     one, two = answer(policy, units)
     if gain.follows:
         one, two = notes[ALL + 2], notes[ALL + 3]
-    size, angle = gain.spread * math.sqrt(-2 * math.log(_thrown(memory))), 2 * math.pi * _thrown(memory)
-    one, two = one + size * math.cos(angle), two + size * math.sin(angle)
+    robots = known.heard.shape[2]
+    drawn = len(table) - 2 * (round(known.time / known.dt) * robots + i % robots)
+    one, two = one + table[drawn - 1], two + table[drawn - 2]
     notes[ALL], notes[ALL + 1] = one, two
     drive_answer(robot, gain, memory, command, policy, speed, course, one, two)
 
@@ -124,14 +109,12 @@ def try_out(robot, gain, memory, command, work, rules, known, i, table):  # type
 class Pupil(TeamPolicy):
     """A policy for teams that tries out, and notes what comes of it."""
 
-    teacher: Orca = field(default_factory=Orca)
+    teacher: Orca = field(default_factory=lambda: Orca(margin=0.06, horizon=4.0, horizon_seen=1.0))
     follows: bool = False  # whether the teacher drives
     spread: float = quantity(0.0, "1", least=0)  # the standard deviation of what is added to its answers
-    dice: float = quantity(1.0, "1", least=0)  # the seed of that
+    seed: float = quantity(1.0, "1", least=0)  # of that
 
     equation = try_out
-    remembers = PupilMemory
-    says = OrcaMessage
 
     @property
     def rule_inputs(self) -> int:
@@ -142,11 +125,12 @@ class Pupil(TeamPolicy):
         """Room for what the teacher works in, too."""
         return super().working_for(robots, sensors) + self.teacher.working_for(robots, sensors)
 
-    def begin(self, setting: Setting, runs: int) -> np.ndarray:
-        """As the policy, with dice for each robot."""
-        memory = super().begin(setting, runs)
-        memory[-1] = np.random.default_rng(int(self.dice)).integers(1, 2147483646, memory.shape[1:])
-        return memory
+    def tables(self, setting: Setting) -> np.ndarray:
+        """As the policy's; behind it what is added to the answers, two numbers a period and robot, the last first."""
+        noise = np.random.default_rng(int(self.seed)).normal(
+            0, self.spread, (setting.ticks + 1) * 2 * len(setting.robots)
+        )
+        return np.concatenate([super().tables(setting), noise[None]], axis=1)
 
 
 class PeriodNotes(NamedTuple):
@@ -246,7 +230,6 @@ def learn_team(
     families: Sequence[TaskFamily],
     about: TeamLearning | None = None,
     *,
-    teacher: Orca | None = None,
     seed: int = 0,
     announce: Callable[[str, int, Sequence[Driven], Policy], None] = lambda *said: None,
 ) -> Policy:
@@ -255,122 +238,124 @@ def learn_team(
     Args:
         families: How scenarios are drawn, each as often as its count says.
         about: How it is learnt.
-        teacher: Whom it imitates first.
         seed: Of the network, of what is drawn and of the exploration.
         announce: Called after each round ("imitation") and update ("ppo") with its number, what was driven before it,
             and the policy after it.
     """
-    import torch
-
-    about, rng, began = about or TeamLearning(), np.random.default_rng(seed), time.perf_counter()
-    torch.manual_seed(seed)
-    torch.set_num_threads(1)
-    weights = np.array([f.count for f in families], dtype=float)
-    actor, critic = (_network(torch, about.units, outputs) for outputs in (2, 1))
+    about, began = about or TeamLearning(), time.process_time()
+    networks, weights = Networks(about, seed), np.array([f.count for f in families], dtype=float)
     drawn, samples = 0, 0
 
     def drive(**how: Any) -> list[Driven]:
         nonlocal drawn, samples
-        law, runs = Pupil(policy=_policy(actor, {}), teacher=teacher or Orca(), dice=drawn, **how), []
-        for family in rng.choice(len(families), about.scenarios, p=weights / weights.sum()):
+        law, runs = Pupil(policy=networks.policy({}), seed=drawn, **how), []
+        for family in networks.rng.choice(len(families), about.scenarios, p=weights / weights.sum()):
             runs += driven(families[family].scenario(_FIRST + 100_000 * seed + drawn), law, about)
             drawn += 1
         samples += sum(len(one.paid) for one in runs)
         return runs
 
     def tell() -> Policy:
-        minutes = round((time.perf_counter() - began) / 60, 1)
-        return _policy(actor, {"algorithm": "PPO", "seed": seed, "steps": samples, "minutes": minutes, "cores": 1})
+        minutes = round((time.process_time() - began) / 60, 1)
+        told = {
+            "algorithm": "imitation of ORCA, then PPO",
+            "seed": seed,
+            "steps": samples,
+            "minutes": minutes,
+            "cores": 1,
+        }
+        return networks.policy(told | asdict(about))
 
     met: list[Driven] = []
-    best = torch.optim.Adam(actor.parameters(), lr=about.rate)
     for k in range(about.rounds):
         runs = drive(follows=k == 0, spread=about.spread / 2)
         met += runs
-        o, taught = _joined(torch, [r.observed[:-1] for r in met]), _joined(torch, [r.taught for r in met])
-        for _ in range(about.epochs):
-            for some in torch.from_numpy(rng.permutation(len(o))).split(about.batch // 4):
-                loss = ((actor(o[some]) - taught[some]) ** 2).mean()
-                best.zero_grad()
-                loss.backward()
-                best.step()
+        networks.imitate(met)
         announce("imitation", k, runs, tell())
-    best = torch.optim.Adam([*actor.parameters(), *critic.parameters()])
-    for update in range(about.updates):
-        left = 1 - update / about.updates
+    for k in range(about.updates):
+        left = 1 - k / about.updates
         spread = about.spread * (1 + 2 * left) / 3
-        best.param_groups[0]["lr"] = about.rate / 3 * max(left, 0.05)
         runs = drive(spread=spread)
         # At first only the critic learns: it knows nothing
-        improve(actor, critic, best, runs, spread, about, rng, only_critic=update < about.updates // 20)
-        announce("ppo", update, runs, tell())
+        networks.improve(runs, spread, about.rate / 3 * max(left, 0.05), only_critic=k < about.updates // 20)
+        announce("ppo", k, runs, tell())
     return tell()
 
 
-def improve(
-    actor: Any,
-    critic: Any,
-    best: Any,
-    runs: Sequence[Driven],
-    spread: float,
-    about: TeamLearning,
-    rng: np.random.Generator,
-    *,
-    only_critic: bool = False,
-) -> None:
-    """One update of PPO: change the networks by what was driven.
+class Networks:
+    """The networks of torch while they learn: of answers, and of values."""
 
-    Args:
-        actor, critic: The networks of torch, of answers and of values.
-        best: Their optimiser.
-        runs: What robots met under the actor.
-        spread: The standard deviation of the noise that was added to its answers.
-        about: How it is learnt.
-        rng: Draws the batches.
-        only_critic: Whether the actor stays.
-    """
-    import torch
+    def __init__(self, about: TeamLearning, seed: int = 0) -> None:
+        """Draw their weights by ``seed``, and later the batches."""
+        import torch
 
-    o, a = _joined(torch, [r.observed[:-1] for r in runs]), _joined(torch, [r.answered for r in runs])
-    gains, aims = [], []
-    with torch.no_grad():
-        before = -0.5 * (((a - actor(o)) / spread) ** 2).sum(-1)
-        for r in runs:
-            values = critic(torch.from_numpy(r.observed).float())[:, 0].double().numpy()
-            values[-1] *= not r.over
-            gains.append(advantages(r.paid, values, about.discount, about.smoothing))
-            aims.append(gains[-1] + values[:-1])
-    g, aimed = _joined(torch, gains), _joined(torch, aims)
-    g = (g - g.mean()) / (g.std() + 1e-8)
-    for _ in range(about.epochs):
-        for some in torch.from_numpy(rng.permutation(len(o))).split(about.batch):
+        torch.manual_seed(seed)
+        torch.set_num_threads(1)
+        self.torch, self.about, self.rng = torch, about, np.random.default_rng(seed)
+        self.actor, self.critic = self._network(2), self._network(1)
+        self.weights = [*self.actor.parameters(), *self.critic.parameters()]
+        self.imitating = torch.optim.Adam(self.actor.parameters(), lr=about.rate)
+        self.improving = torch.optim.Adam(self.weights)
+
+    def _network(self, outputs: int) -> Any:
+        nn, sizes = self.torch.nn, (len(INPUTS), self.about.units, self.about.units, outputs)
+        layers = [nn.Linear(a, b) for a, b in pairwise(sizes)]
+        with self.torch.no_grad():
+            layers[-1].weight *= 0.01  # it begins by adding next to nothing
+            layers[-1].bias[:] = 0.0
+        return nn.Sequential(layers[0], nn.Tanh(), layers[1], nn.Tanh(), layers[2])
+
+    def policy(self, told: dict[str, Any]) -> Policy:
+        """The policy as it is; ``told`` is how it was learnt."""
+        parts = [p.detach().double().numpy().copy() for p in self.actor.parameters()]
+        layers = tuple(zip(parts[::2], parts[1::2], strict=True))
+        return Policy("velocity", INPUTS, np.zeros(ALL), np.ones(ALL), 10.0, layers, _MOST, told)
+
+    def _joined(self, parts: Sequence[np.ndarray]) -> Any:
+        return self.torch.from_numpy(np.concatenate(parts)).float()
+
+    def _batches(self, samples: int, size: int) -> Iterator[Any]:
+        for _ in range(self.about.epochs):
+            yield from self.torch.from_numpy(self.rng.permutation(samples)).split(size)
+
+    def _follow(self, optimiser: Any, loss: Any) -> None:
+        optimiser.zero_grad()
+        loss.backward()
+        self.torch.nn.utils.clip_grad_norm_(self.weights, 0.5)
+        optimiser.step()
+
+    def imitate(self, met: Sequence[Driven]) -> None:
+        """Learn what the teacher would have answered."""
+        o, taught = self._joined([r.observed[:-1] for r in met]), self._joined([r.taught for r in met])
+        for some in self._batches(len(o), self.about.batch // 4):
+            self._follow(self.imitating, ((self.actor(o[some]) - taught[some]) ** 2).mean())
+
+    def improve(self, runs: Sequence[Driven], spread: float, rate: float, *, only_critic: bool = False) -> None:
+        """Make an update of PPO.
+
+        Args:
+            runs: What robots met under the actor.
+            spread: The standard deviation of the noise that was added to its answers.
+            rate: The learning rate.
+            only_critic: Whether the actor stays.
+        """
+        torch, actor, critic, about = self.torch, self.actor, self.critic, self.about
+        self.improving.param_groups[0]["lr"] = rate
+        o, a = self._joined([r.observed[:-1] for r in runs]), self._joined([r.answered for r in runs])
+        gains, aims = [], []
+        with torch.no_grad():
+            before = -0.5 * (((a - actor(o)) / spread) ** 2).sum(-1)
+            for r in runs:
+                values = critic(torch.from_numpy(r.observed).float())[:, 0].double().numpy()
+                values[-1] *= not r.over
+                gains.append(advantages(r.paid, values, about.discount, about.smoothing))
+                aims.append(gains[-1] + values[:-1])
+        g, aimed = self._joined(gains), self._joined(aims)
+        g = (g - g.mean()) / (g.std() + 1e-8)
+        for some in self._batches(len(o), about.batch):
             loss = ((critic(o[some])[:, 0] - aimed[some]) ** 2).mean() / (1 + aimed.var())
             if not only_critic:
                 ratio = torch.exp(-0.5 * (((a[some] - actor(o[some])) / spread) ** 2).sum(-1) - before[some])
                 clipped = ratio.clamp(1 - about.clip, 1 + about.clip)
                 loss = loss - torch.minimum(ratio * g[some], clipped * g[some]).mean()
-            best.zero_grad()
-            loss.backward()
-            torch.nn.utils.clip_grad_norm_([*actor.parameters(), *critic.parameters()], 0.5)
-            best.step()
-
-
-def _joined(torch: Any, parts: Sequence[np.ndarray]) -> Any:
-    return torch.from_numpy(np.concatenate(parts)).float()
-
-
-def _network(torch: Any, units: int, outputs: int) -> Any:
-    sizes = (len(INPUTS), units, units, outputs)
-    layers = [torch.nn.Linear(a, b) for a, b in pairwise(sizes)]
-    with torch.no_grad():
-        layers[-1].weight *= 0.01  # it begins by adding next to nothing
-        layers[-1].bias[:] = 0.0
-    return torch.nn.Sequential(layers[0], torch.nn.Tanh(), layers[1], torch.nn.Tanh(), layers[2])
-
-
-def _policy(actor: Any, about: dict[str, Any]) -> Policy:
-    layers = tuple(
-        (actor[n].weight.detach().double().numpy().copy(), actor[n].bias.detach().double().numpy().copy())
-        for n in (0, 2, 4)
-    )
-    return Policy("velocity", INPUTS, np.zeros(ALL), np.ones(ALL), 10.0, layers, _MOST, about)
+            self._follow(self.improving, loss)

@@ -11,7 +11,15 @@ from robotics.plugins.reinforcement.policyfile import Policy
 from robotics.plugins.tasks.driving import run_row
 from robotics.plugins.tasks.families import TaskFamily
 from robotics.plugins.teampolicy.law import ALL, INPUTS, SECTORS, TeamPolicy
-from robotics.plugins.teampolicy.learning import Driven, Pupil, TeamLearning, advantages, clearances, driven, improve
+from robotics.plugins.teampolicy.learning import (
+    Driven,
+    Networks,
+    Pupil,
+    TeamLearning,
+    advantages,
+    clearances,
+    driven,
+)
 from robotics.simulation.loop import Simulation
 from robotics.world.environment.collision import footprints, robot_clearance
 from robotics.world.vehicle.plant import TruthColumns
@@ -86,10 +94,10 @@ def test_it_observes_where_others_are_and_who_counts_first():
             apart = np.abs(places - places[robot])
             apart[robot] = np.inf
             nearest = int(np.argmin(apart))
-            if first != 0 and np.sort(apart)[1] - apart[nearest] > 0.1:
+            if first != 0 and apart[nearest] > 0.35 and np.sort(apart)[1] - apart[nearest] > 0.1:
                 seen += 1
                 distance = law.sight * (1 - far) + 2 * notes[INPUTS.index("radius"), robot]
-                assert abs(distance * (cos + 1j * sin) - (places[nearest] - places[robot]) * turned[robot]) < 0.12
+                assert abs(distance * (cos + 1j * sin) - (places[nearest] - places[robot]) * turned[robot]) < 0.08
                 assert first == (1.0 if nearest < robot else -1.0)
     assert seen > 100
 
@@ -103,7 +111,7 @@ def test_things_are_seen_in_the_sector_in_which_they_are():
     assert most[0] < max(most[ahead], most[ahead - 1])
 
 
-def test_its_dice_are_its_seed():
+def test_its_noise_is_its_seed_and_its_spread():
     def answers(**gains):
         return np.array(
             [notes[ALL : ALL + 2] for notes, *_ in moments(Pupil(policy=plain(), **gains), CROSSING, periods=60)]
@@ -111,10 +119,10 @@ def test_its_dice_are_its_seed():
 
     calm, noisy, again = answers(), answers(spread=0.5), answers(spread=0.5)
     assert (noisy == again).all()
-    assert (noisy != answers(spread=0.5, dice=2.0)).any()
+    assert (noisy != answers(spread=0.5, seed=2.0)).any()
+    drawn = np.random.default_rng(1).normal(0, 0.5, 6 * (CROSSING.scenario(3).setting.ticks + 1))
     first = (noisy - calm)[0]  # of the first period, in which both observe the same
-    assert (first != 0).all()
-    assert np.abs(first).max() < 0.5 * 6
+    assert first == pytest.approx(drawn[::-1][:6].reshape(3, 2).T, abs=1e-12)
 
 
 def test_a_policy_of_other_inputs_is_refused():
@@ -162,12 +170,7 @@ def test_advantages_are_the_sum_over_all_that_follows():
 def test_updates_find_the_answer_that_is_paid_best():
     """A problem of one period: paid is minus the squared distance of the answer to a linear function."""
     torch = pytest.importorskip("torch", reason="needs PyTorch")
-    from robotics.plugins.teampolicy.learning import _network
-
-    torch.manual_seed(0)
-    rng, about, spread = np.random.default_rng(0), TeamLearning(batch=256, units=8), 0.2
-    actor, critic = (_network(torch, about.units, outputs) for outputs in (2, 1))
-    best = torch.optim.Adam([*actor.parameters(), *critic.parameters()], lr=3e-3)
+    rng, spread, networks = np.random.default_rng(0), 0.2, Networks(TeamLearning(batch=64, units=8))
 
     def best_of(seen):
         return 0.4 * seen[:, :2] + (0.3, -0.2)
@@ -175,18 +178,20 @@ def test_updates_find_the_answer_that_is_paid_best():
     def distance():
         seen = np.random.default_rng(1).uniform(-1, 1, (500, ALL))
         with torch.no_grad():
-            return float(((actor(torch.from_numpy(seen).float()).numpy() - best_of(seen)) ** 2).mean())
+            return float(((networks.actor(torch.from_numpy(seen).float()).numpy() - best_of(seen)) ** 2).mean())
 
     begin = distance()
-    for _ in range(40):
+    for _ in range(30):
         runs = []
-        seen = rng.uniform(-1, 1, (256, 2, ALL))
+        seen = rng.uniform(-1, 1, (64, 2, ALL))
         with torch.no_grad():
-            answers = actor(torch.from_numpy(seen[:, 0]).float()).double().numpy() + rng.normal(0, spread, (256, 2))
+            answers = networks.actor(torch.from_numpy(seen[:, 0]).float()).double().numpy() + rng.normal(
+                0, spread, (64, 2)
+            )
         paid = -((answers - best_of(seen[:, 0])) ** 2).sum(axis=1)
-        for n in range(256):
+        for n in range(64):
             runs.append(Driven(seen[n], answers[n : n + 1], answers[n : n + 1], paid[n : n + 1], True, False))
-        improve(actor, critic, best, runs, spread, about, rng)
+        networks.improve(runs, spread, 1e-2)
     assert distance() < begin / 4
 
 
