@@ -178,7 +178,7 @@ class TeamPolicy(AlongPath):
         super().__post_init__()
         if self.network.inputs != INPUTS:
             raise ControllerError(
-                f"the policy {self.name} was not learnt for teams: its inputs must be {', '.join(INPUTS)}"
+                f"the policy {self.name} was not learnt for teams: its inputs must be {', '.join(INPUTS)}"  # type: ignore[misc]
             )
 
     name, learnt_how, rule_rows = NeuralPolicy.name, NeuralPolicy.learnt_how, NeuralPolicy.rule_rows
