@@ -1,11 +1,15 @@
 """How well a system's outputs agree with data."""
 
-from typing import Any, NamedTuple
+import warnings
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.inference import forgiving, infer_quietly
+from fuzzy.inference import InferenceWarning, forgiving
 from fuzzy.system import Sugeno
+
+if TYPE_CHECKING:
+    from fuzzy import Type2Sugeno
 
 _PORTION = 50_000  # samples inferred together: their memory stays small
 
@@ -19,7 +23,7 @@ class Accuracy(NamedTuple):
     r2: float  # coefficient of determination: 1 minus squared errors over squared deviations from the mean
 
 
-def accuracy(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> dict[str, Accuracy]:
+def accuracy(fis: "Sugeno | Type2Sugeno", x: np.ndarray, y: np.ndarray) -> dict[str, Accuracy]:
     """The accuracy of every output of ``fis``, by name, at ``x`` (samples, inputs) against ``y`` (samples, outputs).
 
     ``r2`` is not-a-number for an output that is constant in the data.
@@ -37,16 +41,17 @@ def accuracy(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> dict[str, Accuracy]:
     }
 
 
-def total_rmse(fis: Sugeno, x: Any, y: Any) -> float:
+def total_rmse(fis: "Sugeno | Type2Sugeno", x: Any, y: Any) -> float:
     """The root mean square error over samples and outputs, as learning counts it, of the numbers that ``fis`` holds.
 
     ``x`` is (samples, inputs), ``y`` (samples, outputs); both may lie on disk. Where no rule fires the middle of the
     output's range stands. Nothing is said of inputs outside their universes.
     """
     total = 0.0
-    with np.errstate(all="ignore"):
+    fis = forgiving(fis, "midrange")
+    with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore", category=InferenceWarning):
         for start in range(0, len(x), _PORTION):
             rows = slice(start, start + _PORTION)
-            output = np.asarray(infer_quietly(forgiving(fis, "midrange"), np.asarray(x[rows])).output)
+            output = np.asarray(fis(np.asarray(x[rows])))
             total += float(np.sum((output - np.asarray(y[rows])) ** 2))
     return float((total / (len(x) * len(fis.outputs))) ** 0.5)

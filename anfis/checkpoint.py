@@ -159,6 +159,8 @@ def fingerprint_of(network: "Network | CompiledNetwork", data: SampleArrays, che
         [order.tolist() for order in network.premises.order],
     )
     digest = sha256(repr(structure).encode())
+    if hasattr(network, "type2"):
+        digest.update(network.type2.reduction.encode())
     for part in (data, checking):
         digest.update(b"none" if part is None else part.digest())
     return digest.hexdigest()

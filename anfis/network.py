@@ -203,8 +203,7 @@ class Network(NetworkParameters):
         """The root mean square error at ``point`` over samples and outputs, in the outputs' unit."""
         total = 0.0
         for block in self._blocks(data):
-            matrices, silent = self._designs(self.weights(point.free, block.u), block.x1)
-            total += float((self._assemble(matrices, silent, point.values) - block.y).square().sum())
+            total += float((self.output(point.free, point.values, block.u) - block.y).square().sum())
         return (total / (data.count * len(self.fis.outputs))) ** 0.5
 
     @torch.no_grad()

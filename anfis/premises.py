@@ -154,22 +154,22 @@ class Premises:
                     tensor[right, 0] += lacking
         return tuple(free)
 
-    def system(self, free: Sequence[Array], consequents: "list[list[Any]]") -> Sugeno:
+    def system(self, free: Sequence[Array], consequents: "list[list[Any]]", live: bool = False) -> Sugeno:
         """The Sugeno system with these premises, in the inputs' own units, and ``consequents`` an output.
 
-        A term that did not move keeps its parameters to the last bit.
+        A term that did not move keeps its parameters to the last bit. If ``live``, parameters are arrays of the
+        library, which gradients reach.
         """
         present = [f for v in self.fis.inputs for f in v.terms.values()]
         functions: dict[int, Any] = {}
         for kind, natural, moved, start in zip(
-            self.fis.structure.kinds, self.natural(free), free, self.start(), strict=True
+            self.fis.structure.kinds, self.natural(free), free, self._start, strict=True
         ):
             low, span = self._universes(kind)
-            columns = [
-                _from_unit(natural[:, k], role, low, span).tolist() for k, role in enumerate(kind.function.roles)
-            ]
+            columns = [_from_unit(natural[:, k], role, low, span) for k, role in enumerate(kind.function.roles)]
+            columns = columns if live else [column.tolist() for column in columns]
             for row, term in enumerate(kind.terms):
-                same = bool(self._xp.all(moved[row] == start[row]))
+                same = not live and bool(self._xp.all(moved[row] == start[row]))
                 functions[int(term)] = present[term] if same else kind.function(*(column[row] for column in columns))
         in_order = iter([functions[term] for term in range(len(present))])
         inputs = [replace(v, terms={name: next(in_order) for name in v.terms}) for v in self.fis.inputs]

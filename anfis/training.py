@@ -30,6 +30,7 @@ from fuzzy.system import Sugeno
 if TYPE_CHECKING:
     from anfis.compiled.network import CompiledNetwork
     from anfis.network import Network
+    from fuzzy import Type2Sugeno
 
 _BLOCK = 65_536  # samples held at a time
 _NEGLIGIBLE = 1e-6  # of the outputs' spread: a difference of errors below it is none
@@ -44,7 +45,7 @@ class Training:
     Attributes:
         system: The system of least checking error if there are checking data (as MATLAB's chkFIS), else of least
             training error.
-        least_train: The system of least training error.
+        least_train: The system of least training error. Both are of type 2 if the one to start from is.
         history: An entry an epoch, from the system as it was.
         best: The epoch of ``system``.
         stopped: Why it ended: "epochs", "goal", "patience", "interrupted", "callback", "converged" or "diverged".
@@ -55,8 +56,8 @@ class Training:
         state: To resume from, with :func:`train`'s ``resume``.
     """
 
-    system: Sugeno
-    least_train: Sugeno
+    system: Any
+    least_train: Any
     history: tuple[Epoch, ...]
     best: int
     stopped: str
@@ -91,14 +92,14 @@ class Training:
 
 
 def train(
-    fis: Sugeno,
+    fis: "Sugeno | Type2Sugeno",
     x: Any,
     y: Any,
     options: Options | None = None,
     *,
     check: tuple[Any, Any] | None = None,
     callback: Callable[[Epoch], bool | None] | None = None,
-    improved: Callable[[Callable[[], Sugeno]], None] | None = None,
+    improved: Callable[[Callable[[], Any]], None] | None = None,
     checkpoint: str | Path | None = None,
     resume: str | Path | dict[str, Any] | None = None,
 ) -> Training:
@@ -110,7 +111,8 @@ def train(
     ends training with the best so far, and so does an error that is no longer finite.
 
     Args:
-        fis: The system to start from, such as :func:`fuzzy.identify` makes.
+        fis: The system to start from, such as :func:`fuzzy.identify` makes; of an interval type-2 system the method
+            "backprop" learns the footprint of uncertainty, too.
         x: The inputs (samples, inputs).
         y: The outputs (samples,) or (samples, outputs).
         options: Method, epochs and the rest; by default those of :class:`anfis.Options`.
@@ -132,10 +134,11 @@ def train(
     """
     options = options or Options()
     fis = detached(fis)
+    upper: Sugeno = fis if isinstance(fis, Sugeno) else fis.upper
     if not fis.rules:
         raise TrainingError(f"{fis.name} has no rules, so there is nothing to learn")
-    data = samples(fis, x, y, "training")
-    checking = samples(fis, *check, "checking") if check is not None else None
+    data = samples(upper, x, y, "training")
+    checking = samples(upper, *check, "checking") if check is not None else None
     method = make_method(options.method)
     network = _network(method, fis, options)
     problem = LearningProblem(network, network.samples(data), options)
@@ -170,7 +173,7 @@ def _learn(
     run: "_Run",
     state: TrainingState,
     callback: Callable[[Epoch], bool | None] | None,
-    improved: Callable[[Callable[[], Sugeno]], None] | None,
+    improved: Callable[[Callable[[], Any]], None] | None,
     checkpoint: str | Path | None,
 ) -> tuple[TrainingState, str]:
     """Measure and step until there is a reason to stop: the last state, and the reason."""
@@ -216,10 +219,18 @@ def _saved(state: dict[str, Any], checkpoint: str | Path, told: bool) -> bool:
     return told
 
 
-def _network(method: Method, fis: Sugeno, options: Options) -> "Network | CompiledNetwork":
+def _network(method: Method, fis: "Sugeno | Type2Sugeno", options: Options) -> "Network | CompiledNetwork":
     """The network in compiled code where the method, the numbers and the functions allow it, else in torch."""
     # Imported when it is known which: torch takes seconds to load, and compiled learning does without.
     chosen = options.keep_order, options.ridge, options.batch or _BLOCK
+    if not isinstance(fis, Sugeno):
+        if method.solves:
+            raise TrainingError(
+                f"{fis.name}: a type-2 system learns by the method 'backprop', not by {options.method!r}, whose least "
+                "squares need outputs that are linear in the consequents"
+            )
+        needed("torch", "learning of a type-2 system")
+        return import_module("anfis.type2network").make_network(fis, options.dtype, options.device, *chosen)
     if method.compiled and options.dtype == "float64" and options.device == "cpu":
         compiled = import_module("anfis.compiled.network")
         if compiled.has_kernel(fis):
@@ -302,7 +313,7 @@ class _Run:
         return state, row
 
 
-def _say_differing(rmse: float, learnt: float, data: SampleArrays, fis: Sugeno) -> None:
+def _say_differing(rmse: float, learnt: float, data: SampleArrays, fis: "Sugeno | Type2Sugeno") -> None:
     """Warn where the system errs by more than what was learnt.
 
     A consequent is slopes · x + constant. Where x lies far from 0 for its spread both parts are large and all but

@@ -22,8 +22,6 @@ touch.
 Run ``python -m benchmarks.avoidance [--quick] [--json]``.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -33,7 +31,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.reporting import heading, machine
+from benchmarks.reporting import heading, machine, start
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
@@ -306,14 +304,5 @@ def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.2f}"
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
-    parser.add_argument("--quick", action="store_true", help="few seeds, and no 50 robots")
-    arguments = parser.parse_args()
-    result = measure(QUICK if arguments.quick else SEEDS)
-    print(json.dumps(result) if arguments.json else report(result))
-
-
 if __name__ == "__main__":
-    main()
+    start(__doc__, lambda quick: measure(QUICK if quick else SEEDS), report, "few seeds, and no 50 robots")

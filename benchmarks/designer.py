@@ -21,7 +21,7 @@ from statistics import median
 from typing import Any
 
 from benchmarks import designerrules
-from benchmarks.designersession import browser, missing, served, show, tab, workplace
+from benchmarks.designersession import browser, grip, missing, served, show, tab, workplace
 from benchmarks.reporting import heading, machine, start
 
 MOVES, WARM, LOADS, DRAGS = 40, 5, 5, 300
@@ -92,11 +92,8 @@ def drag(
     """The times [ms] from move to picture, and the server's processor times [ms], a step each."""
     handle = page.get_by_role("slider", name=named)
     handle.scroll_into_view_if_needed()
-    box = handle.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     page.evaluate(_WATCH, list(watched))
-    page.mouse.move(x, y)
-    page.mouse.down()
+    x, y = grip(page, handle)
     times, costs = [], []
     for step in range(WARM + MOVES):
         page.evaluate("rest()")
@@ -129,10 +126,7 @@ def steady(page: Any) -> list[dict[str, float]]:
             values = {each["name"]: each["value"] for each in session.send("Performance.getMetrics")["metrics"]}
             row = {"drags": k, "heap_mb": values["JSHeapUsedSize"] / 1e6}
             found.append(row | {"nodes": values["Nodes"], "listeners": values["JSEventListeners"]})
-        box = handle.bounding_box()
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        page.mouse.move(x, y)
-        page.mouse.down()
+        x, y = grip(page, handle)
         for step in range(1, 6):
             page.mouse.move(x + (step if k % 2 else -step), y)
         page.mouse.up()
@@ -232,9 +226,5 @@ def report(result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
-    start(__doc__, measure, report)
-
-
 if __name__ == "__main__":
-    main()
+    start(__doc__, measure, report)

@@ -40,6 +40,9 @@ def take(folder: Path) -> list[Path]:
                 taken.append(_written(folder / f"{name}.webp", page.screenshot()))
             _edited(page)
             taken.append(_written(folder / "designer.webp", page.screenshot()))
+            show(page, f"{url.partition('?')[0]}?file=pd2.fis")
+            _type2(page)
+            taken.append(_written(folder / "type2.webp", page.screenshot()))
     return taken
 
 
@@ -327,6 +330,14 @@ def _edited(page: Any) -> None:
     page.evaluate("document.activeElement.blur()")
     page.wait_for_timeout(2000)
     _until_run(page, columns=4)
+
+
+def _type2(page: Any) -> None:
+    field = page.get_by_role("spinbutton", name="now, the current value")
+    field.fill("-0.3")
+    field.press("Enter")
+    page.wait_for_selector(".said[role=status]:empty", state="attached")
+    _rest(page)
 
 
 def _until_run(page: Any, columns: int) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.designersession import browser, missing, served, show, tab
+from benchmarks.designersession import browser, grip, missing, served, show, tab
 from benchmarks.reporting import heading, machine, start
 from fuzzy.files.fisfile import write_fis
 from fuzzy.membership import Triangle
@@ -82,31 +82,21 @@ def _sort(page: Any) -> None:
     page.get_by_label("sort").select_option("firing")
 
 
-def _switch_off(page: Any) -> None:
-    page.get_by_role("group", name="Selected rules").get_by_role("button", name="Off").click()
-
-
 def _drag(page: Any) -> None:
     """Drag a red line of the viewer, beside which the rules are."""
-    line = page.locator(".fd-viewer").get_by_role("slider").first
-    box = line.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(x, y)
-    page.mouse.down()
-    for step in range(1, MOVES + 1):
-        page.mouse.move(x - 2 * step, y)
-        page.wait_for_timeout(30)
-    page.mouse.up()
+    _slide(page, page.locator(".fd-viewer").get_by_role("slider").first, -2)
 
 
 def _drag_term(page: Any) -> None:
     """Drag a vertex of a membership function, beside the viewer."""
-    box = page.locator(".fd-terms [role=slider]").nth(1).bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(x, y)
-    page.mouse.down()
+    _slide(page, page.locator(".fd-terms [role=slider]").nth(1), 2)
+
+
+def _slide(page: Any, handle: Any, by: float) -> None:
+    """Drag ``handle`` by so much [px] a move."""
+    x, y = grip(page, handle)
     for step in range(1, MOVES + 1):
-        page.mouse.move(x + 2 * step, y)
+        page.mouse.move(x + by * step, y)
         page.wait_for_timeout(30)
     page.mouse.up()
 
@@ -231,9 +221,5 @@ def report(result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
-    start(__doc__, measure, report)
-
-
 if __name__ == "__main__":
-    main()
+    start(__doc__, measure, report)

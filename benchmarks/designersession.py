@@ -18,6 +18,8 @@ import numpy as np
 from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.files.table import write_table
 from fuzzy.plugins.designer.starts.control import rule_table
+from fuzzy.plugins.type2.files import write_type2
+from fuzzy.plugins.type2.system import to_type2
 from fuzzy.system import Terms
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -68,6 +70,7 @@ def workplace(folder: Path) -> Path:
     inputs = (replace(first, terms=Terms(near)), *fis.inputs[1:])
     write_fis(replace(fis, inputs=inputs, outputs=tuple(outputs), name="sharper"), folder / "sharper.fis")
     write_fis(rule_table("pd", 5), folder / "pd.fis")
+    write_type2(to_type2(rule_table("pd", 5), lag=0.2, scale=0.8), folder / "pd2.fis")
     (folder / "past-a-post.toml").write_text(_PAST_A_POST, encoding="utf-8")
     rng = np.random.default_rng(0)
     x = rng.uniform(-3.0, 3.0, (400, 2))
@@ -147,3 +150,12 @@ def menu(page: Any, entry: str) -> None:
     """Choose an entry of the file's menu."""
     page.get_by_role("button", name="File ▾").click()
     page.get_by_role("menuitem", name=entry).click()
+
+
+def grip(page: Any, handle: Any) -> tuple[float, float]:
+    """Press the mouse in the middle of ``handle``; that place [px]."""
+    box = handle.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    return x, y

@@ -15,7 +15,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from benchmarks.designersession import browser, missing
+from benchmarks.designersession import browser, grip, missing
 from benchmarks.reporting import heading, machine, start
 
 STEPS, WARM, FRAMES = 40, 5, 120
@@ -77,10 +77,7 @@ def measure() -> dict[str, Any]:
         page.get_by_role("button", name=VARIABLE, exact=True).click()
         handle = page.get_by_role("slider", name=HANDLE, exact=True)
         handle.scroll_into_view_if_needed()
-        box = handle.bounding_box()
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        page.mouse.move(x, y)
-        page.mouse.down()
+        x, y = grip(page, handle)
         times, costs = [], []
         for step in range(WARM + STEPS):
             page.wait_for_timeout(300)  # the link has been kept by then
@@ -127,9 +124,5 @@ def report(result: dict[str, Any]) -> str:
     return "\n".join([*lines, f"Dragged in each of {FRAMES} frames: {frames}"])
 
 
-def main() -> None:
-    start(__doc__, measure, report)
-
-
 if __name__ == "__main__":
-    main()
+    start(__doc__, measure, report)

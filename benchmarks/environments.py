@@ -100,9 +100,5 @@ def report(result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
-    start(__doc__, measure, report)
-
-
 if __name__ == "__main__":
-    main()
+    start(__doc__, measure, report)

@@ -207,9 +207,5 @@ def verdicts(one: dict[str, float], many: dict[str, float], everywhere: dict[str
     return lines
 
 
-def main() -> None:
-    start(__doc__, measure, report)
-
-
 if __name__ == "__main__":
-    main()
+    start(__doc__, measure, report)

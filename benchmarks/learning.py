@@ -214,9 +214,5 @@ def report(result: dict[str, Any]) -> str:
     return "\n".join([*lines, "", *result["notes"]])
 
 
-def main() -> None:
-    start(__doc__, measure, report)
-
-
 if __name__ == "__main__":
-    main()
+    start(__doc__, measure, report)

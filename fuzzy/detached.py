@@ -5,11 +5,16 @@ from dataclasses import replace
 from typing import Any
 
 from fuzzy.membershipfunction import MembershipFunction, as_number
-from fuzzy.system import Constant, Linear, Sugeno, Variable
+from fuzzy.system import AnySystem, Constant, Linear, Sugeno, Variable
 
 
-def detached(fis: Sugeno) -> Sugeno:
-    """Copy ``fis`` with floats in place of array scalars, so that a system in training can be drawn and explained."""
+def detached(fis: AnySystem) -> AnySystem:
+    """Copy ``fis`` with floats in place of array scalars, so that a system in training can be drawn and explained.
+
+    Of an interval type-2 system its upper one is copied so.
+    """
+    if not isinstance(fis, Sugeno):
+        return replace(fis, upper=detached(fis.upper))  # type: ignore[attr-defined, type-var]
     return replace(fis, inputs=[_variable(v) for v in fis.inputs], outputs=[_variable(v) for v in fis.outputs])
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from array_api_compat import array_namespace, device, is_array_api_obj
 
 from fuzzy.membershipfunction import Array, as_float, like
-from fuzzy.system import Constant, FuzzySystemError, Linear, NoRuleFires, OutOfRange, Structure, Sugeno
+from fuzzy.system import AnySystem, Constant, FuzzySystemError, Linear, NoRuleFires, OutOfRange, Structure, Sugeno
 
 _DENSE = 20_000_000  # terms × rules, above which no matrix of them is made (160 MB)
 
@@ -91,11 +91,15 @@ def firing_at(fis: Sugeno, x: Any) -> Array:
     return _fired(fis, within_universe(fis, x) if fis.out_of_range == "clip" else x)[1]
 
 
-def forgiving(fis: Sugeno, no_rule_fires: NoRuleFires | None = None) -> Sugeno:
+def forgiving(fis: AnySystem, no_rule_fires: NoRuleFires | None = None) -> AnySystem:
     """The system that raises nothing and says nothing of inputs outside their universes, which it clips or evaluates.
+
+    Of an interval type-2 system that is said of its upper one.
 
     Where no rule fires stands what ``no_rule_fires`` says; by default what the system says, not-a-number for an error.
     """
+    if not isinstance(fis, Sugeno):
+        return replace(fis, upper=forgiving(fis.upper, no_rule_fires))  # type: ignore[attr-defined, type-var]
     usual: NoRuleFires = "nan" if fis.no_rule_fires == "error" else fis.no_rule_fires
     outside: OutOfRange = "clip" if fis.out_of_range == "clip" else "ignore"
     return replace(fis, no_rule_fires=no_rule_fires or usual, out_of_range=outside)

@@ -29,6 +29,7 @@ _RULES_SHOWN = 50
 _TERMS_SHOWN = 12  # of a variable
 _SKETCH_POINTS = 61  # of a sketch
 T = TypeVar("T")
+AnySystem = TypeVar("AnySystem")  # Sugeno, or an interval type-2 system, whose ``upper`` is one
 
 
 class FuzzySystemError(InputError):

@@ -22,12 +22,12 @@ STAIRS = {
         renamed lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch
         esmodule profile
         membershipfunction membership rule language system inference detached files compiled insight fitting
-        tuning shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.type2 plugins.trees
+        tuning shell figures commands plugins.ccode plugins.mamdani plugins.type2 plugins.designer plugins.trees
         plugins.tuning plugins.front plugins.loop
     """,
     "anfis": """
-        data point premises parameters consequents network compiled state methods checkpoint accuracy training
-        folds intervals pruning plot commands plugins.designer plugins.regressor
+        data point premises parameters consequents network type2network compiled state methods checkpoint accuracy
+        training folds intervals pruning plot commands plugins.designer plugins.regressor
     """,
     "robotics": """
         tables world laws simulation measures studies show commands plugins.encounters plugins.reactive
@@ -62,7 +62,7 @@ APART = "plugins"  # a folder whose rooms stand on the stair one by one
 PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
     "fuzzy": {
         "ccode": (),
-        "designer": ("mamdani",),
+        "designer": ("mamdani", "type2"),
         "front": (),
         "loop": ("ccode", "designer"),
         "mamdani": (),

@@ -3,7 +3,7 @@
 from anfis.commands.shared import Data, Fis
 from fuzzy.commands.datafile import SkipBad
 from fuzzy.commands.samples import system_samples
-from fuzzy.commands.shared import read_system
+from fuzzy.commands.shared import read_either
 from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
@@ -22,7 +22,7 @@ def evaluate(fis: Fis, data: Data, skip_bad: SkipBad = False, json: Json = False
     """
     from anfis.accuracy import accuracy
 
-    system = read_system(fis)
+    system = read_either(fis)
     samples = system_samples(system, data, skip_bad)
     rows = accuracy(system, samples.x, samples.y)
     if json:

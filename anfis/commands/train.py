@@ -16,7 +16,7 @@ from anfis.methods.catalogue import METHODS
 from fuzzy.commands.completion import completed, rule_bases
 from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad, columns_of, numbers, opened
 from fuzzy.commands.samples import Inputs, Outputs
-from fuzzy.commands.shared import check_plot, read_system
+from fuzzy.commands.shared import check_plot, read_either
 from fuzzy.errors import quoted
 from fuzzy.files.atomic import check_target
 from fuzzy.files.columnchoice import chosen_columns, names_of
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from anfis import CrossValidation, Epoch, Options, Pruned, Training
+    from fuzzy import Type2Sugeno
     from fuzzy.system import Sugeno
 
     _Tested = tuple[CrossValidation | None, Pruned | None]
@@ -40,7 +41,12 @@ class TrainingStart:
     """Where training starts; exactly one of the first four is given."""
 
     start: Annotated[
-        Path | None, option("Start from this .fis file, or a packaged one's name.", "START", autocompletion=rule_bases)
+        Path | None,
+        option(
+            "Start from this .fis file, or a packaged one's name; one of type 2 learns by backprop.",
+            "START",
+            autocompletion=rule_bases,
+        ),
     ] = None
     rules: Annotated[int | None, option("Start from that many clusters; their settings are searched.", min=1)] = None
     radius: Annotated[float | None, option("Start from clusters of this radius, a share of the data's ranges.")] = None
@@ -123,11 +129,13 @@ def train(
     _check_together(folds, prune, keep_rules, checkpoint or resume)
     _say_unread(options, folds is not None or prune)
     given = _given_system(begin)
+    if prune and hasattr(given, "upper"):
+        raise CommandError("--prune takes away rules of type-1 systems: leave it out, or start from one")
     samples = _samples(data, inputs, outputs, one_hot or (), check, test, given, skip_bad)
     fis = given or _starting_fold(begin, samples, samples.x, samples.y, exact=True)
     tested: _Tested = None, None
     if prune:
-        found = pruned(fis, samples, options, keep_rules, choice, quiet)
+        found = pruned(fis, samples, options, keep_rules, choice, quiet)  # type: ignore[arg-type]
         result, tested = found.training, (None, found)
     else:
         if folds is not None:
@@ -160,11 +168,11 @@ def _say_unread(options: "Options", seeded: bool) -> None:
             warnings.warn(f"--{name} changes nothing: the method {options.method} does not read it", stacklevel=2)
 
 
-def _given_system(start: TrainingStart) -> "Sugeno | None":
+def _given_system(start: TrainingStart) -> "Sugeno | Type2Sugeno | None":
     """The system in the file to start from, if there is one."""
     if [start.start, start.rules, start.radius, start.grid].count(None) != 3:
         raise CommandError("say where to start: exactly one of --start, --rules, --radius and --grid")
-    return None if start.start is None else read_system(start.start)
+    return None if start.start is None else read_either(start.start)
 
 
 def _samples(
@@ -174,7 +182,7 @@ def _samples(
     one_hot: Sequence[str],
     check: Path | None,
     test: Path | None,
-    start: "Sugeno | None",
+    start: "Sugeno | Type2Sugeno | None",
     skip_bad: bool,
 ) -> TrainingData:
     """The chosen columns: those of the system to start from, where the header names all of them and none is chosen."""
@@ -231,7 +239,7 @@ def _starting_fold(
 
 
 def _learn(
-    fis: "Sugeno",
+    fis: "Sugeno | Type2Sugeno",
     samples: TrainingData,
     options: "Options",
     checkpoint: Path | None,
@@ -264,10 +272,13 @@ def _write(
     result: "Training", out: Path, history: Path | None, plot: Path | None, found: "Pruned | None", made: bool
 ) -> None:
     """Write what was learnt; a system that was ``made`` from the data has its terms named by where they stand now."""
-    from fuzzy.files.fisfile import write_fis
+    import fuzzy
     from fuzzy.fitting.termnames import with_telling_names
 
-    write_fis(with_telling_names(result.system) if made else result.system, out)
+    if isinstance(result.system, fuzzy.Type2Sugeno):
+        fuzzy.write_type2(result.system, out)
+    else:
+        fuzzy.write_fis(with_telling_names(result.system) if made else result.system, out)
     if history is not None:
         from fuzzy.files.table import write_frame
 
@@ -280,7 +291,7 @@ def _write(
         save_figure(drawn, plot)
 
 
-def _unit(fis: "Sugeno") -> str:
+def _unit(fis: "Sugeno | Type2Sugeno") -> str:
     """The unit of all outputs, if they have the same."""
     units = {v.unit for v in fis.outputs}
     return units.pop() if len(units) == 1 else ""

@@ -1,6 +1,5 @@
 """The option --folds of ``anfis train``: the cross-validation, its progress and what is said of it."""
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from anfis.commands.shared import TrainingData
@@ -8,14 +7,11 @@ from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shown import shown
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from anfis import CrossValidation, Epoch, Options
-    from fuzzy.system import Sugeno
 
 
 def crossed(
-    start: "Sugeno | Callable[[np.ndarray, np.ndarray], Sugeno]",
+    start: Any,
     samples: TrainingData,
     options: "Options",
     folds: int,

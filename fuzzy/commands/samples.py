@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
+    from fuzzy import Type2Sugeno
     from fuzzy.files.table import TableText
     from fuzzy.fitting.search import SearchResult, Trial
     from fuzzy.system import Sugeno
@@ -47,7 +48,7 @@ def sample_table(file: Path, inputs: str | None, outputs: str | None, skip_bad: 
     return _sample_table(text, [*of, *to], len(of), skip_bad)
 
 
-def system_samples(fis: "Sugeno", file: Path, skip_bad: bool = False) -> SampleTable:
+def system_samples(fis: "Sugeno | Type2Sugeno", file: Path, skip_bad: bool = False) -> SampleTable:
     """The columns of the table for a system's inputs and outputs, found by their names. Raises InputError."""
     text = opened(file, fis.inputs)
     return _sample_table(text, columns_of(text, [*fis.inputs, *fis.outputs]), len(fis.inputs), skip_bad)

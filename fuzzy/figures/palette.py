@@ -41,18 +41,21 @@ ROLES = {
 DIVERGING = (SERIES[0].light, "#b9d6ea", "#ffffff", "#f7cfae", SERIES[1].light)
 COLORS = tuple(shade.light for shade in SERIES)
 HIGHLIGHT = ROLES["mark"].light
+_FONT = 'system-ui, "Segoe UI", "DejaVu Sans", sans-serif'
 
 
 def stylesheet() -> str:
     """The palette as CSS custom properties, light or dark as the reader prefers: for a page's head or a widget.
 
     ``--ff-ink`` and the other ROLES; ``--ff-c0`` to ``--ff-c6``, the series; ``--ff-s3`` to ``--ff-s5``, the strong
-    ones. A notebook may put a widget into a shadow tree, where ``:root`` finds nothing: hence ``:host``.
+    ones; ``--ff-font``, the letters of all pages. A notebook may put a widget into a shadow tree, where ``:root`` finds
+    nothing: hence ``:host``.
     """
     shades = {
         **ROLES,
         **{f"c{n}": shade for n, shade in enumerate(SERIES)},
         **{f"s{n}": Shade(light, SERIES[n].dark) for n, light in STRONG.items()},
+        "font": Shade(_FONT, _FONT),
     }
     light, dark = (
         " ".join(f"--ff-{name}: {getattr(shade, page)};" for name, shade in shades.items()) for page in Shade._fields

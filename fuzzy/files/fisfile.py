@@ -53,7 +53,7 @@ _LISTED = 1000  # characters of the list of terms that a message shows
 _DEFUZZIFICATIONS = ("wtaver", "wtsum")
 _TYPE_2 = (
     "this is an interval type-2 system; only type-1 systems are read here. fuzzy.read_type2 in Python reads it, and "
-    "`fuzzy evaluate` and `fuzzy plot` take it"
+    "`fuzzy evaluate`, `fuzzy plot` and `fuzzy design` take it"
 )
 _MATLABS_TYPE_2 = (
     "this is MATLAB's own text of a type-2 system, whose format is not documented and not read. In MATLAB, write "

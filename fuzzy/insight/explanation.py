@@ -24,6 +24,7 @@ class RuleShare:
     share: tuple[float, ...]  # (outputs,): the part of the result, w / Σ w over the rules for that output
     proposed: tuple[float, ...]  # (outputs,): the consequent's value, in the output's unit
     contribution: tuple[float, ...]  # (outputs,): what the rule adds; they sum to the output where any rule fires
+    least: float | None = None  # of an interval type-2 system the least firing strength; ``firing`` is the greatest
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Explanation:
         output: (outputs,), in the outputs' units.
         fired: (outputs,): did any rule for that output fire?
         outside: The names of the inputs outside their universe.
+        interval: (outputs,): of an interval type-2 system the ends of the type-reduced set; else empty.
     """
 
     system: Sugeno
@@ -47,6 +49,7 @@ class Explanation:
     output: tuple[float, ...]
     fired: tuple[bool, ...]
     outside: tuple[str, ...]
+    interval: tuple[tuple[float, float], ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """The explanation as dictionaries and lists, ready for JSON except that numbers may be NaN."""
@@ -105,7 +108,8 @@ class Explanation:
             return [f"None of the {len(self.rows)} rules fires."]
         lines = [f"{len(fires)} of {len(self.rows)} rules {'fires' if len(fires) == 1 else 'fire'}:"]
         for row in told:
-            lines.append(f"  rule {row.number} fires {_strength(row.firing)}: {row.rule}")
+            least = "" if row.least is None else f"{_strength(row.least)} to "
+            lines.append(f"  rule {row.number} fires {least}{_strength(row.firing)}: {row.rule}")
             clauses = [f"{clause} {degree:.2f}" for clause, degree in zip(row.rule.when, row.degrees, strict=True)]
             if len(clauses) > 1 or row.rule.weight != 1:
                 weight = [f"weight {row.rule.weight:g}"] if row.rule.weight != 1 else []
@@ -128,7 +132,10 @@ class Explanation:
         if self.system.defuzzification == "wtsum":
             how = "the sum of the proposals, weighted by firing strength"
         lines = []
-        for variable, value, fired in zip(self.system.outputs, self.output, self.fired, strict=True):
+        for j, (variable, value, fired) in enumerate(zip(self.system.outputs, self.output, self.fired, strict=True)):
+            if self.interval:
+                low, high = (_quantity(end, variable) for end in self.interval[j])
+                how = f"the middle of the type-reduced set, {low} to {high}"
             line = f"{variable.name} = {_quantity(value, variable)}"
             if any(np.isnan(self.x)):
                 line += ", because an input is not a number"
@@ -217,7 +224,7 @@ def _known(values: tuple[float, ...]) -> list[float]:
 
 
 def _strength(firing: float) -> str:
-    return f"{firing:.2f}" if firing >= 0.005 else f"{firing:.1e}"
+    return f"{firing:.2f}" if firing >= 0.005 or firing == 0 else f"{firing:.1e}"
 
 
 def _quantity(value: float, variable: Variable) -> str:

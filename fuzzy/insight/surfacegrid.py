@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.detached import detached
-from fuzzy.inference import Inference, InferenceWarning, infer
+from fuzzy.inference import InferenceWarning, infer
 from fuzzy.insight.universe import place_of, point_of
 from fuzzy.system import FuzzySystemError, Sugeno
 
@@ -30,7 +30,7 @@ class Surface(NamedTuple):
 
 
 def surface(
-    fis: Sugeno,
+    fis: Any,
     inputs: Sequence[str | int] | str | int | None = None,
     output: str | int = 0,
     fixed: Mapping[Any, float] | None = None,
@@ -42,7 +42,7 @@ def surface(
     False. Inputs and outputs are named, or given by their place.
 
     Args:
-        fis: The system.
+        fis: The system, of type 1 or an interval type-2 one.
         inputs: The one or two inputs of the grid; by default the first two, or the only one.
         output: The output.
         fixed: The values of other inputs, in their units; the middle of the universe where none is given.
@@ -71,7 +71,7 @@ def surface(
 
 
 def surfaces(
-    fis: Sugeno, axes: Sequence[Sequence[int]], point: Sequence[float], points: int
+    fis: Any, axes: Sequence[Sequence[int]], point: Sequence[float], points: int
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Evaluate all outputs over several grids by one inference: for each, the values and whether a rule fires.
 
@@ -92,13 +92,15 @@ def surfaces(
     return [(z.reshape(*x.shape[:-1], -1), fired.reshape(*x.shape[:-1], -1)) for x, z, fired in found]
 
 
-def _inferred(fis: Sugeno, x: np.ndarray) -> Inference:
+def _inferred(fis: Any, x: np.ndarray) -> Any:
     """The inference at ``x`` (..., inputs), without a word of where no rule fires: the result shows it."""
-    if fis.no_rule_fires == "error":
-        fis = replace(fis, no_rule_fires="nan")
+    upper = fis if isinstance(fis, Sugeno) else fis.upper
+    if upper.no_rule_fires == "error":
+        upper = replace(upper, no_rule_fires="nan")
+        fis = upper if isinstance(fis, Sugeno) else replace(fis, upper=upper)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*no rule fires", InferenceWarning)
-        return infer(fis, x)
+        return infer(fis, x) if isinstance(fis, Sugeno) else fis.infer(x)
 
 
 def _grid(

@@ -30,7 +30,7 @@ def place_of(which: str | int, variables: Sequence[Variable], what: str) -> int:
     return which % len(names)
 
 
-def point_of(fis: Sugeno, fixed: Mapping[Any, float] | None) -> np.ndarray:
+def point_of(fis: Any, fixed: Mapping[Any, float] | None) -> np.ndarray:
     """Make the point (inputs,) in the middle of every universe, except for the inputs that ``fixed`` gives values.
 
     ``fixed`` has inputs by name or by place.

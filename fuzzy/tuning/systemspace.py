@@ -24,7 +24,7 @@ from fuzzy.inference import infer
 from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.naming import check_known
 from fuzzy.rule import Rule
-from fuzzy.system import Constant, Sugeno, Variable
+from fuzzy.system import Constant, Linear, Sugeno, Variable
 from fuzzy.tuning.mirror import Mirror, coefficients, mirror_of
 from fuzzy.tuning.parameter import SearchParameter, TuningError
 
@@ -455,3 +455,16 @@ def _choices(fis: Sugeno, output: int, orbits: list[tuple[int, ...]], mirror: Mi
             name=f"rule {_numbers(orbit)}.{variable.name}", start=float(terms.index(start)), choices=tuple(terms)
         )
         yield _Choice((parameter,), orbit, variable.name, taken)
+
+
+def reach_of(fis: Sugeno, x: np.ndarray, spread: np.ndarray) -> np.ndarray:
+    """How far slopes and constants (outputs, inputs + 1) may move at least, by the ranges of the data."""
+    across = np.ptp(x, axis=0)
+    across[across == 0] = np.inf
+    # A plane through the data has a constant that grows with their distance from 0.
+    distance = 1 + float((np.abs(x).max(axis=0) / across).sum())
+    rows = []
+    for variable, wide in zip(fis.outputs, spread.tolist(), strict=True):
+        linear = any(isinstance(term, Linear) for term in variable.terms.values())
+        rows.append([*(wide / across), wide * (distance if linear else 1.0)])
+    return np.array(rows)

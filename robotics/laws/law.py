@@ -167,7 +167,12 @@ class Law(ABC, Generic[Memory]):
         """The number of inputs of all its rule bases."""
         return sum(len(system.inputs) for system in self.fuzzy_systems.values())
 
-    def with_fuzzy_system(self, task: str, fis: Sugeno) -> Self:
+    @property
+    def composites(self) -> Mapping[str, Any]:
+        """The trees and type-2 systems, of which :attr:`fuzzy_systems` has the variables alone."""
+        return {}
+
+    def with_fuzzy_system(self, task: str, fis: Any) -> Self:
         """The same law with ``fis`` as the rule base of ``task``, one of :attr:`tasks`.
 
         Raises:

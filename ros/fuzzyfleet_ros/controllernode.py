@@ -217,7 +217,7 @@ class Controller(Node):
         try:
             if message.header.frame_id not in ("", self.odom_frame):
                 raise InputError(f"its frame is {message.header.frame_id}, and odometry's is {self.odom_frame}")
-            task = self.path_task.along(messages.points_in(message))
+            task = self.path_task.along([(p.pose.position.x, p.pose.position.y) for p in message.poses])
         except InputError as error:
             self.get_logger().error(f"the path is refused: {error}")
             return

@@ -68,11 +68,6 @@ def path(time: int, frame: str, postures: Sequence[Posture]) -> PathMessage:
     return PathMessage(header=header(time, frame), poses=[posed(time, frame, posture) for posture in postures])
 
 
-def points_in(message: PathMessage) -> list[tuple[float, float]]:
-    """The places [m] of a path."""
-    return [(pose.pose.position.x, pose.pose.position.y) for pose in message.poses]
-
-
 def twist(v: float, w: float) -> Twist:
     """A velocity."""
     message = Twist()

@@ -72,15 +72,10 @@ def c_type(number: str) -> str:
     return "int32_t" if number == FIXED_POINT else number
 
 
-def in_q16(x: np.ndarray) -> np.ndarray:
-    """Finite numbers in Q16.16, the nearest, saturated: an array of int32."""
-    return np.clip(np.round(x * ONE), -(2.0**31), 2.0**31 - 1).astype(np.int32)
-
-
 def given_in(x: np.ndarray, number: str) -> tuple[np.ndarray, np.ndarray]:
     """Numbers as C of a type of numbers gets them, and the same as float64."""
     if number == FIXED_POINT:
-        whole = in_q16(x)
+        whole = np.clip(np.round(x * ONE), -(2.0**31), 2.0**31 - 1).astype(np.int32)  # the nearest, saturated
         return whole, whole / ONE
     given = np.ascontiguousarray(x.astype(FLOATING[number].type))
     return given, given.astype(np.float64)

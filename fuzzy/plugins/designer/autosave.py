@@ -12,8 +12,9 @@ from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_whole
-from fuzzy.files.fisfile import format_fis, parse_fis
-from fuzzy.plugins.designer.design import Design, RuleLine, read, sentence, with_lines
+from fuzzy.files.fisfile import parse_bytes
+from fuzzy.plugins.designer.design import Design, RuleLine, design_of, read, sentence, text_of, with_lines
+from fuzzy.plugins.type2.files import system_of
 
 FOLDER = ".fuzzy-design"
 PROCESS = secrets.token_hex(8)  # tells this process from one before it that had the same number
@@ -79,7 +80,7 @@ def put_aside(work: Unsaved, file: Path) -> Unsaved:
 def design_content(design: Design) -> dict[str, Any]:
     """A design in JSON's types, rules that are switched off or misspelt included."""
     return {
-        "system": format_fis(replace(design.system, rules=())),
+        "system": text_of(design, replace(design.system, rules=())),
         "rules": [
             {
                 "key": line.key,
@@ -140,7 +141,8 @@ def _elsewhere(content: dict[str, Any]) -> bool:
 
 def design_from(content: dict[str, Any]) -> Design:
     """The design that :func:`design_content` gave. Raises one of :data:`DAMAGED` where it is damaged."""
-    system = parse_fis(content["system"])
+    empty = design_of(system_of(parse_bytes(content["system"].encode(), "<text>", type2=True), "<text>"))
+    system = empty.system
     lines = []
     for entry in content["rules"]:
         rule = sentence(system, entry["rule"])
@@ -150,7 +152,7 @@ def design_from(content: dict[str, Any]) -> Design:
     whole = len({line.key for line in lines}) == len(lines) and all(map(math.isfinite, point))
     if not whole or len(point) != len(system.inputs):
         raise ValueError("the point or the keys do not fit")
-    return with_lines(Design(system, (), point, int(content["next_key"])), lines)
+    return with_lines(replace(empty, point=point, next_key=int(content["next_key"])), lines)
 
 
 def _runs(pid: int) -> bool:

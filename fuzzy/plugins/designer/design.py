@@ -1,13 +1,16 @@
 """A system under design: its rules are the lines of a table, of which some may be switched off or misspelt."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from fuzzy.detached import detached
-from fuzzy.files.fisfile import FaultyRule, FisFileError, format_fis, parse_rule_line
+from fuzzy.files.fisfile import FaultyRule, FisFileError, parse_rule_line
 from fuzzy.language import RuleError, parse_rule
+from fuzzy.plugins.type2.files import format_either
+from fuzzy.plugins.type2.reduction import Reduction
+from fuzzy.plugins.type2.system import Lower, Type2Sugeno
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
@@ -15,6 +18,7 @@ from fuzzy.system import FuzzySystemError, Sugeno, Variable
 CHOICES: dict[str, tuple[str, ...]] = {
     name: get_args(hint) for name, hint in get_type_hints(Sugeno).items() if get_origin(hint) is Literal
 }
+TYPE_REDUCTION = "type_reduction"  # what a type-2 system can choose besides
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,18 @@ class RuleLine:
 
 
 @dataclass(frozen=True)
+class Footprint:
+    """What a type-2 system has beside its upper one. A term that is not named is of type 1."""
+
+    lower: Mapping[str, Mapping[str, Lower]]  # by input and term
+    reduction: Reduction
+
+    def of(self, upper: Sugeno) -> Type2Sugeno:
+        """The type-2 system of ``upper``."""
+        return Type2Sugeno(upper, self.lower, self.reduction)
+
+
+@dataclass(frozen=True)
 class Design:
     """A system with its rules as lines, and the point that is looked at. Made by :func:`design_of`.
 
@@ -49,6 +65,7 @@ class Design:
     lines: tuple[RuleLine, ...]
     point: tuple[float, ...]  # (inputs,), each in the unit of its variable
     next_key: int = 0  # a key is never given twice in a design's history
+    footprint: Footprint | None = None  # of a type-2 system, whose upper one is ``system``
     # What was renamed last, in order, as (which fields of a message, what takes their place): see edits.py
     renamed: tuple[tuple[dict[str, Any], dict[str, Any]], ...] = field(default=(), compare=False)
 
@@ -58,6 +75,11 @@ class Design:
         if all(line.enabled for line in self.lines):
             return self.system
         return replace(self.system, rules=tuple(line.rule for line in self.lines if line.enabled))
+
+    @cached_property
+    def shown(self) -> Sugeno | Type2Sugeno:
+        """The system in force with its footprint of uncertainty, if it has one."""
+        return self.in_force if self.footprint is None else self.footprint.of(self.in_force)
 
     @cached_property
     def written(self) -> Sugeno:
@@ -75,19 +97,20 @@ class Design:
         raise FuzzySystemError(f"there is no rule with the key {key}; it may have been removed meanwhile")
 
 
-def design_of(fis: Sugeno, first_key: int = 0) -> Design:
+def design_of(fis: Sugeno | Type2Sugeno, first_key: int = 0) -> Design:
     """Make a design from ``fis``, looked at in the middle of its inputs.
 
     A rule of the weight 0 does nothing: it becomes a disabled rule of the weight 1. Parameters that are arrays
     (torch tensors in training, say) become numbers. The lines' keys count from ``first_key``.
     """
-    fis = detached(fis)
+    footprint = None if isinstance(fis, Sugeno) else Footprint(fis.lower, fis.reduction)
+    fis = detached(fis if isinstance(fis, Sugeno) else fis.upper)
     lines = []
     for key, rule in enumerate(fis.rules, start=first_key):
         enabled = rule.weight > 0
         rule = rule if enabled else replace(rule, weight=1.0)
         lines.append(RuleLine(key, rule, str(rule), enabled))
-    return with_lines(Design(fis, (), tuple(v.midrange for v in fis.inputs)), lines)
+    return with_lines(Design(fis, (), tuple(v.midrange for v in fis.inputs), footprint=footprint), lines)
 
 
 def with_lines(design: Design, lines: Iterable[RuleLine]) -> Design:
@@ -238,12 +261,17 @@ def holds_power(power: float) -> bool:
     return 1 <= tenths <= 99 and tenths / 10 == power
 
 
+def text_of(design: Design, system: Sugeno) -> str:
+    """The text of a .fis file of ``system``, which has the variables of ``design``; raises as :func:`file_text`."""
+    return format_either(system if design.footprint is None else design.footprint.of(system))
+
+
 def file_text(design: Design) -> str:
     """The text of the .fis file; a disabled rule has the weight 0 there, a line that is no rule is as it was.
 
     Raises FisFileError where the format cannot hold the system; no edit leads to that.
     """
-    text = format_fis(design.written)
+    text = text_of(design, design.written)
     if not unread(design):
         return text
     lines = text.split("\n")  # the rules are the last ones, before an empty one

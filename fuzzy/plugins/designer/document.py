@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fuzzy.files.fisfile import FisText, parse_bytes, write_quietly
+from fuzzy.files.fisfile import FisText, parse_bytes, write_fis_text
 from fuzzy.naming import check_known
 from fuzzy.plugins.designer import autosave
 from fuzzy.plugins.designer.design import (
@@ -27,6 +27,8 @@ from fuzzy.plugins.designer.design import (
 from fuzzy.plugins.designer.edits import edited
 from fuzzy.plugins.designer.saving import DocumentError, alone_in, bytes_of, check_untouched
 from fuzzy.plugins.designer.variableedits import new_variable
+from fuzzy.plugins.type2.files import system_of
+from fuzzy.plugins.type2.system import Type2Sugeno
 from fuzzy.system import Sugeno
 
 DEPTH = 100  # edits that can be undone
@@ -67,7 +69,7 @@ def read_content(path: Path, mamdani: bool = False, name: str | None = None) -> 
     data = bytes_of(path)
     if data is None:
         return FileContent(None, None)
-    return FileContent(hashlib.sha256(data).hexdigest(), parse_bytes(data, name or str(path), mamdani, lenient=True))
+    return FileContent(hashlib.sha256(data).hexdigest(), parse_bytes(data, name or str(path), mamdani, True, True))
 
 
 def confined(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> Path:
@@ -126,7 +128,7 @@ class Document:
         self.folder = Path(folder).resolve()
         self.begin = begin
         self.revision = 0
-        self.compared: Sugeno | None = None
+        self.compared: Sugeno | Type2Sugeno | None = None
         self.purpose = ""  # what was chosen that it is for; empty: what its names say
         self.table = ""  # the folder's table that it was made from, or beside which it was looked at last
         self.judged: tuple[Any, ...] = ()  # by which terms of a cost the design was tuned last
@@ -151,9 +153,9 @@ class Document:
     def _from_file(self, content: FileContent, first_key: int = 0) -> Design:
         """The design in the file; what is known of the file is then what it held when it was read."""
         if content.text is None:
-            fis = self.begin or new_system(self.path.stem)
+            fis: Sugeno | Type2Sugeno = self.begin or new_system(self.path.stem)
         else:
-            fis = content.text.system
+            fis = system_of(content.text, str(self.path))
             self.notes = (*self.notes, *content.text.warnings)
         faults = content.text.faults if content.text is not None else ()
         self.notes += tuple(
@@ -365,7 +367,7 @@ class Document:
         self.aside = self.aside[1:]
         self._tell()
 
-    def compare(self, fis: Sugeno | None) -> None:
+    def compare(self, fis: Sugeno | Type2Sugeno | None) -> None:
         """Show ``fis`` beside the design; None shows nothing."""
         self.compared = fis
         self._tell()
@@ -416,7 +418,7 @@ class Document:
             with alone_in(target.parent):
                 if not overwrite:
                     check_untouched(target, self._digest if target == self.path else None, target == self.path)
-                write_quietly(design.written, target)
+                write_fis_text(text, str(target), "")
             if design != self.design:
                 self._record(design, f"rename to {target.stem}")
             self.path, self._saved_text = target, text

@@ -5,13 +5,15 @@ The table :data:`EDITS` says which function serves which ``{"edit": ...}``; thei
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 from fuzzy.naming import expected
 from fuzzy.plugins.designer import matrixedits, ruleedits, termedits, variableedits
-from fuzzy.plugins.designer.design import CHOICES, Design
+from fuzzy.plugins.designer.design import CHOICES, TYPE_REDUCTION, Design, Footprint
 from fuzzy.plugins.designer.message import EditError, Message
-from fuzzy.plugins.designer.places import variables_of
+from fuzzy.plugins.designer.places import found, term_of, variables_of
+from fuzzy.plugins.type2.reduction import Reduction
+from fuzzy.plugins.type2.system import Lower
 
 __all__ = ["EDITS", "EditError", "Edited", "apply", "edited"]
 _RENAMED = 8  # renamings that a page may not have heard of yet
@@ -46,11 +48,40 @@ def edited(design: Design, message: Mapping[str, Any]) -> Edited:
         raise EditError(expected(Message(message, "edit").text("edit", 100), EDITS, "edit"))
     message = _named_now(design, message)
     new, name = EDITS[op](design, Message(message, op))
+    if new.footprint is not None and new.system is not design.system:
+        new = replace(new, footprint=_followed(design, new, op.startswith("rename_")))
+    new.shown  # noqa: B018  raises where the edit makes no type-2 system
     if op in ("rename_variable", "rename_term"):
         of = {key: message.get(key) for key in ("kind", "variable", "term")}
         to = {op.removeprefix("rename_"): Message(message, op).label("name")}
         new = replace(new, renamed=(*design.renamed, (of, to))[-_RENAMED:])
     return Edited(new, name)
+
+
+def _followed(before: Design, after: Design, renamed: bool) -> Footprint:
+    """The footprint of the terms that are there still, which have other names in the same places if ``renamed``."""
+    assert before.footprint is not None
+    assert after.footprint is not None
+    olds = before.system.inputs if renamed else after.system.inputs
+    lower = {}
+    for old, variable in zip(olds, after.system.inputs, strict=True):
+        known = before.footprint.lower.get(old.name, {})
+        pairs = zip(old.terms, variable.terms, strict=True)
+        lower[variable.name] = {new: known[term] for term, new in pairs if term in known}
+    return replace(after.footprint, lower=lower)
+
+
+def _footprint(design: Design, message: Message) -> tuple[Design, str]:
+    """footprint {variable, term, lower}: scale, left and right lag of a term's lower function, in a type-2 system."""
+    if design.footprint is None:
+        raise EditError("this is a type-1 system; `fuzzy type2` makes a type-2 system of its file")
+    place = found(design, message)
+    label, numbers = term_of(message, place.variable), message.numbers("lower")
+    if place.kind != "input" or len(numbers) != 3:
+        raise EditError("a footprint is an input's, of three numbers: the scale, the left and the right lag")
+    lower, name = design.footprint.lower, place.variable.name
+    new = {**lower, name: {**lower.get(name, {}), label: Lower(numbers[0], numbers[1:])}}
+    return replace(design, footprint=replace(design.footprint, lower=new)), f"set the footprint of {label}"
 
 
 def _named_now(design: Design, message: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -75,7 +106,11 @@ def _look(design: Design, message: Message) -> Design:
 
 def _choose(design: Design, message: Message) -> tuple[Design, str]:
     """choice {name, value}: a method or what to do in doubt, see :data:`fuzzy.plugins.designer.design.CHOICES`."""
-    name = message.one_of("name", CHOICES, "choice")
+    names = CHOICES if design.footprint is None else {**CHOICES, TYPE_REDUCTION: get_args(Reduction)}
+    name = message.one_of("name", names, "choice")
+    if name == TYPE_REDUCTION and design.footprint is not None:
+        kind: Any = message.one_of("value", names[name], name)
+        return replace(design, footprint=replace(design.footprint, reduction=kind)), f"type reduction: {kind}"
     value = message.one_of("value", CHOICES[name], name)
     changes: dict[str, Any] = {name: value}
     return replace(design, system=replace(design.system, **changes)), f"{name.replace('_', ' ')}: {value}"
@@ -97,6 +132,7 @@ def _loop(design: Design, message: Message) -> tuple[Design, str]:
 
 EDITS: dict[str, Callable[[Design, Message], tuple[Design, str]]] = {
     "term": termedits.move_term,
+    "footprint": _footprint,
     "term_type": termedits.change_type,
     "term_types": termedits.change_types,
     "spread_terms": termedits.spread_terms,

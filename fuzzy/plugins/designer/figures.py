@@ -1,11 +1,14 @@
 """The figures of a design as files, drawn in a worker process, one picture a task."""
 
 from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
+from fuzzy.plugins.type2.system import Type2Sugeno
 from fuzzy.system import Sugeno
 
 DESIGN_FIGURES = ("memberships", "rules", "structure", "surface")
@@ -23,7 +26,7 @@ def check_figure(kind: object, ending: object) -> tuple[str, str]:
 
 
 def figure_bytes(
-    fis: Sugeno, kind: str, ending: str, point: Sequence[float], inputs: Sequence[int], output: int
+    fis: Sugeno | Type2Sugeno, kind: str, ending: str, point: Sequence[float], inputs: Sequence[int], output: int
 ) -> bytes:
     """Draw a picture of a system as the bytes of a file.
 
@@ -38,11 +41,17 @@ def figure_bytes(
     Raises FuzzySystemError where there is nothing to draw, InputError for another kind or format.
     """
     from fuzzy.figures.figureset import SetPicture, picture_bytes
+    from fuzzy.plugins.type2.figures import plot_footprint
 
     kind, ending = check_figure(kind, ending)
     if kind == ALL_FIGURES:
         raise InputError(expected(kind, DESIGN_FIGURES, "figure"))
-    return picture_bytes(fis, SetPicture(kind, kind, "", None, tuple(inputs), output), point, ending)
+    picture = SetPicture(kind, kind, "", None, tuple(inputs), output)
+    if not isinstance(fis, Sugeno):
+        if kind not in ("memberships", "surface"):
+            raise InputError(f"of a type-2 system the memberships and the surface are drawn, not the {kind}")
+        picture = replace(picture, draw=partial(plot_footprint, fis) if kind == "memberships" else None)
+    return picture_bytes(fis, picture, point, ending)  # type: ignore[arg-type]
 
 
 async def all_figures(

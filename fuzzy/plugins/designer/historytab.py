@@ -18,6 +18,7 @@ from fuzzy.plugins.designer.session import act_of
 from fuzzy.plugins.designer.snapshots import Listing
 from fuzzy.plugins.designer.views import or_none, surface_data
 from fuzzy.plugins.designer.workers import WorkError
+from fuzzy.plugins.type2.system import Type2Sugeno
 from fuzzy.system import Sugeno
 
 _MODULE = Path(__file__).parent / "static" / "history.js"
@@ -53,7 +54,7 @@ class HistoryTab:
     def __init__(
         self,
         bench: Workbench,
-        compare: Callable[[str | None, Sugeno | None], None],
+        compare: Callable[[str | None, Sugeno | Type2Sugeno | None], None],
         download: Callable[[str, str], None],
     ) -> None:
         self._bench, self._document = bench, bench.document
@@ -61,7 +62,8 @@ class HistoryTab:
         self._bridge: Bridge | None = None
         self._listing: dict[str, Any] | None = None
         self._listed: Any = None  # the state of the folder that the listing shows
-        self._compared: tuple[str, Sugeno] | None = None  # the snapshot that was compared with here last, by its key
+        # The snapshot that was compared with here last, by its key
+        self._compared: tuple[str, Sugeno | Type2Sugeno] | None = None
         self._removed: dict[str, Any] | None = None  # the snapshot that can be brought back
 
     def build(self) -> None:
@@ -144,8 +146,8 @@ class HistoryTab:
             return
         name, design = await self._read(content)
         if not self._bench.closed:
-            self._compared = content["key"], design.in_force
-            self._compare(name, design.in_force)
+            self._compared = content["key"], design.shown
+            self._compare(name, design.shown)
 
     async def _do_download(self, content: Mapping[str, Any]) -> None:
         name, design = await self._read(content)

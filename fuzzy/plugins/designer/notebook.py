@@ -15,6 +15,7 @@ from fuzzy.plugins.designer.design import Design, design_of
 from fuzzy.plugins.designer.document import DEPTH
 from fuzzy.plugins.designer.edits import edited
 from fuzzy.plugins.designer.views import design_data, functions_data, or_none, refusal_data, surface_data, viewer_data
+from fuzzy.plugins.type2.system import Type2Sugeno
 from fuzzy.system import Sugeno, sizes
 from fuzzy.words import counted
 
@@ -30,7 +31,7 @@ class NotebookSession:
     they are a step back.
     """
 
-    def __init__(self, fis: Sugeno, earlier: "NotebookSession | None" = None) -> None:
+    def __init__(self, fis: Sugeno | Type2Sugeno, earlier: "NotebookSession | None" = None) -> None:
         self._start = self.design = design_of(fis)
         self._undo: list[tuple[str, Design]] = []
         self._redo: list[tuple[str, Design]] = []
@@ -101,8 +102,8 @@ class NotebookSession:
 
     def _go_on(self, earlier: "NotebookSession") -> None:
         self.design, self._undo, self._redo = earlier.design, [*earlier._undo], [*earlier._redo]
-        edits = counted(len(self._undo), "edit") if earlier.design.system != earlier._start.system else ""
-        if earlier._start.system == self._start.system:
+        edits = counted(len(self._undo), "edit") if earlier.design.shown != earlier._start.shown else ""
+        if earlier._start.shown == self._start.shown:
             kept = {"says": f"Kept from before: {edits}.", "anew": True}
             self._notice = kept if edits else earlier._notice
         else:
@@ -132,14 +133,14 @@ class NotebookSession:
         return axes, output if type(output) is int and 0 <= output < outputs else 0
 
 
-def editor(fis: Sugeno, key: str | None = None) -> Any:
+def editor(fis: Sugeno | Type2Sugeno, key: str | None = None) -> Any:
     """Make the designer of ``fis`` as a widget for Jupyter, marimo and other notebooks that show anywidgets.
 
     A cell that is run again goes on with the edits that were made in the editor of the same name, and says so; a button
     starts from ``fis``. If the cell gives another system than before, that is shown, and undo brings the edits back.
 
     Args:
-        fis: The system, which stays as it is.
+        fis: The system, of type 1 or an interval type-2 one, which stays as it is.
         key: The name by which edits are found again in this kernel, by default the system's.
 
     Returns:
@@ -178,8 +179,8 @@ def editor(fis: Sugeno, key: str | None = None) -> Any:
             )
 
         @property
-        def fis(self) -> Sugeno:
-            return session.design.in_force
+        def fis(self) -> Sugeno | Type2Sugeno:
+            return session.design.shown
 
         def _heard(self, widget: Any, content: Any, buffers: Any) -> None:
             session.hear(content)

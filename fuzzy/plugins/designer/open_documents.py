@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import FisFileError, FisText, parse_bytes
 from fuzzy.plugins.designer.autosave import find
+from fuzzy.plugins.designer.design import file_text
 from fuzzy.plugins.designer.document import Document, FileContent, read_content
 from fuzzy.plugins.designer.folder import Folder, FolderError, check_length, check_shown, check_size, read_bytes
 from fuzzy.plugins.designer.latest import Latest, Postponed
@@ -55,7 +56,10 @@ def _kept(path: Path, error: FisFileError) -> FileContent | None:
     for work in find(path):
         if work.base == digest and not work.elsewhere:
             note = f"the file cannot be read ({error}); shown is your unsaved work of {work.when:%Y-%m-%d %H:%M:%S}"
-            return FileContent(digest, FisText(work.design.written, (), (note,)))
+            return FileContent(
+                digest,
+                parse_bytes(file_text(work.design).encode(), path.name, False, True, True)._replace(warnings=(note,)),
+            )
     return None
 
 
@@ -152,7 +156,7 @@ class OpenDocuments:
         check_length(len(data), name)
         if self._found(path) is not None:  # another tab has mended it
             return name
-        read = await self.reading(name, parse_bytes, data, name, True, True)
+        read = await self.reading(name, parse_bytes, data, name, True, True, True)
         check_shown(read.system, name)
         if read.changes:
             free = self.folder.free_name(f"{name[: -len('.fis')]}-sugeno")

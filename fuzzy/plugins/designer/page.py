@@ -50,10 +50,12 @@ from fuzzy.plugins.designer.views import (
     viewer_data,
 )
 from fuzzy.plugins.designer.workers import WorkError
+from fuzzy.plugins.type2.system import Type2Sugeno
 from fuzzy.system import Sugeno
 
 # What makes a zip of a design: (system, name, type of numbers, points of a table) -> bytes
 _C_WRITER = next(iter(entry_points(group="fuzzyfleet.exports", name="c")), None)
+_TYPE_2 = "this is a type-2 system; what tries, trains and tunes a rule base here is for type-1 systems"
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 COARSE, FINE = 13, 0.2  # points of a small surface along each axis while one drags, and s until they are fine again
 REST = 0.4  # s after the last edit before the rules are checked
@@ -145,6 +147,8 @@ class _Page:
         self._sizes: dict[str, Any] = {}  # the buttons that fold and enlarge the pane that says why
         self._size = ""  # which of them is pressed
         found, missing = panels
+        if document.design.footprint is not None:
+            found, missing = [], [_TYPE_2]
         belongs = [getattr(panel, "belongs", None) for panel in found]
         kept = [p for p, suits in zip(found, belongs, strict=True) if suits is None or suits(document.path)]
         self.panels = panels = kept, missing
@@ -583,7 +587,7 @@ class _Page:
             return
         axes, output = self._known_axes()
         axes = list(range(min(2, len(design.system.inputs)))) if axes is None else axes
-        data = await self.bench.background(figure_bytes, design.in_force, kind, ending, design.point, axes, output)
+        data = await self.bench.background(figure_bytes, design.shown, kind, ending, design.point, axes, output)
         if not self.bench.closed:
             name = f"{self.document.path.stem}-{kind}.{ending}"
             self.client.download(data, name)
@@ -594,7 +598,9 @@ class _Page:
         number, table = content.get("number"), content.get("table")
         if not isinstance(number, str) or not (table is None or (isinstance(table, int) and 2 <= table <= 256)):
             raise InputError("C code: a type of numbers, and 2 to 256 points an input or none")
-        system, stem = self.document.design.in_force, self.document.path.stem
+        system, stem = self.document.design.shown, self.document.path.stem
+        if not isinstance(system, Sugeno):
+            raise InputError(f"`fuzzy export c {self.document.path.name}` writes a type-2 system, once it is saved")
         if _C_WRITER is None:
             raise InputError("C code needs a plug-in that writes it, fuzzy.plugins.ccode, which is not installed")
         data = await self.bench.background(_C_WRITER.load(), system, stem, number, table)
@@ -604,6 +610,8 @@ class _Page:
 
     async def _export_all(self, design: Design, ending: str) -> None:
         """All pictures as one zip; the page tells how far it is, at most once a second, and can stop it."""
+        if design.footprint is not None:
+            raise InputError("of a type-2 system pictures are drawn one by one: its memberships and its surface")
         if self._exporting:
             raise InputError("all pictures are being drawn already; wait for them, or stop that")
         name, last = f"{self.document.path.stem}-figures.zip", 0.0
@@ -642,7 +650,7 @@ class _Page:
         if read.changes:
             self.bench.notify(f"{name} is a Mamdani system; compared is the Sugeno system that comes near it")
 
-    def _compare_with(self, name: str | None, system: Sugeno | None) -> None:
+    def _compare_with(self, name: str | None, system: Sugeno | Type2Sugeno | None) -> None:
         self.compared = name
         self.document.compare(system)
         self.header.update(shell=self._shell())
@@ -651,7 +659,7 @@ class _Page:
         """Choose between the file and unsaved work that is older than it, or look at both."""
         if content.get("which") == "compare" and self.document.aside:
             work = self.document.aside[0]
-            self._compare_with(f"unsaved work of {work.when:%Y-%m-%d %H:%M:%S}", work.design.in_force)
+            self._compare_with(f"unsaved work of {work.when:%Y-%m-%d %H:%M:%S}", work.design.shown)
             return
         self.document.choose(content.get("which"))
         self._show_shell()

@@ -4,7 +4,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
@@ -14,7 +14,10 @@ from fuzzy.insight.diagnosis import Finding, check
 from fuzzy.insight.explanation import explain
 from fuzzy.insight.surfacegrid import surface, surfaces
 from fuzzy.membershipfunction import MATLAB_NAMES, as_number
-from fuzzy.plugins.designer.design import CHOICES, Design, RuleLine
+from fuzzy.plugins.designer.design import CHOICES, TYPE_REDUCTION, Design, RuleLine
+from fuzzy.plugins.type2.explanation import explain_type2
+from fuzzy.plugins.type2.reduction import Reduction
+from fuzzy.plugins.type2.system import Lower, Type2Sugeno
 from fuzzy.shown import typeset
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
@@ -59,11 +62,14 @@ def design_data(design: Design, **about: Any) -> dict[str, Any]:
             ``file``, whether it is ``saved`` there, and the names of the edits that ``undo`` and ``redo`` would take.
     """
     system = design.system
+    reduction = {} if design.footprint is None else {TYPE_REDUCTION: design.footprint.reduction}
+    lower = None if isinstance(design.shown, Sugeno) else design.shown.lower
     return {
         "name": system.name,
-        "choices": {name: getattr(system, name) for name in CHOICES},
-        "accepted": {name: list(values) for name, values in CHOICES.items()},
-        "inputs": [variable_data(v) for v in system.inputs],
+        "choices": {name: getattr(system, name) for name in CHOICES} | reduction,
+        "accepted": {name: list(values) for name, values in CHOICES.items()}
+        | {k: list(get_args(Reduction)) for k in reduction},
+        "inputs": [variable_data(v, None if lower is None else lower[v.name]) for v in system.inputs],
         "outputs": [variable_data(v) for v in system.outputs],
         "rules": [_rule_data(line) for line in design.lines],
         "revision": 0,
@@ -75,13 +81,16 @@ def design_data(design: Design, **about: Any) -> dict[str, Any]:
     }
 
 
-def variable_data(variable: Variable) -> dict[str, Any]:
-    """A variable with its terms and their parameters, in MATLAB's order."""
+def variable_data(variable: Variable, lower: Mapping[str, Lower] | None = None) -> dict[str, Any]:
+    """A variable with its terms and their parameters, in MATLAB's order; of a type-2 system also [scale, two lags]."""
     low, high = variable.universe
     terms = [
         {"name": name, "type": term.matlab, "parameters": [as_number(p) for p in term.parameters]}
         for name, term in variable.terms.items()
     ]
+    if lower is not None:
+        for term, own in zip(terms, lower.values(), strict=True):
+            term["lower"] = [as_number(number) for number in (own.scale, *own.lag)]
     return {"name": variable.name, "unit": variable.unit, "low": low, "high": high, "terms": terms}
 
 
@@ -176,10 +185,10 @@ def viewer_data(design: Design, point: Sequence[float] | None = None) -> dict[st
     ``fired`` says for each output whether any rule for it fires; ``words`` is
     :func:`fuzzy.insight.explanation.explain`.
     """
-    system = design.in_force
+    system, shown = design.in_force, design.shown
     at = np.asarray(design.point if point is None else point, dtype=float)
     with np.errstate(all="ignore"):
-        told = explain(forgiving(system), at)
+        told = explain(forgiving(shown), at) if isinstance(shown, Sugeno) else explain_type2(shown, at)
     keys = [line.key for line in design.lines if line.enabled]
     words = str(replace(told, system=system))
     if told.outside and system.out_of_range == "error":
@@ -192,6 +201,7 @@ def viewer_data(design: Design, point: Sequence[float] | None = None) -> dict[st
                 "key": key,
                 "degrees": _numbers(row.degrees),
                 "firing": _number(row.firing),
+                "least": None if row.least is None else _number(row.least),
                 "share": _numbers(row.share),
                 "proposed": _numbers(row.proposed),
                 "contribution": _numbers(row.contribution),
@@ -200,13 +210,14 @@ def viewer_data(design: Design, point: Sequence[float] | None = None) -> dict[st
         ],
         "output": _numbers(told.output),
         "fired": list(told.fired),
+        "interval": [_numbers(ends) for ends in told.interval],
         "outside": list(told.outside),
         "words": typeset(words),
     }
 
 
 def surface_data(
-    design: Design | Sugeno,
+    design: Design | Sugeno | Type2Sugeno,
     inputs: Sequence[int] | None = None,
     output: int = 0,
     point: Sequence[float] | None = None,
@@ -227,9 +238,9 @@ def surface_data(
 
     Raises FuzzySystemError for inputs and outputs that do not exist.
     """
-    system = design if isinstance(design, Sugeno) else design.in_force
+    system = design.shown if isinstance(design, Design) else design
     if point is None:
-        point = [v.midrange for v in system.inputs] if isinstance(design, Sugeno) else design.point
+        point = design.point if isinstance(design, Design) else [v.midrange for v in system.inputs]
     if len(point) != len(system.inputs):
         raise FuzzySystemError(f"a point has {len(system.inputs)} numbers, one per input, got {len(point)}")
     axes = list(range(min(2, len(system.inputs)))) if inputs is None else list(inputs)
@@ -273,7 +284,7 @@ def several_data(
         output: The output of the large one.
         points: The number of points along each axis; two thirds of it where there are many pictures.
     """
-    system = forgiving(design.in_force)
+    system = forgiving(design.shown)
     axes = list(range(min(2, len(system.inputs)))) if inputs is None else list(inputs)
     several: list[tuple[list[int], list[int]]] = []  # axes, outputs
     left_out = 0
@@ -302,7 +313,11 @@ def several_data(
 
 
 def compared_data(
-    fis: Sugeno, name: str, inputs: Sequence[int] | None = None, output: int = 0, point: Sequence[float] | None = None
+    fis: Sugeno | Type2Sugeno,
+    name: str,
+    inputs: Sequence[int] | None = None,
+    output: int = 0,
+    point: Sequence[float] | None = None,
 ) -> dict[str, Any]:
     """The trait ``compared``: another system's variables, and its surface where it has the same axes (else None).
 

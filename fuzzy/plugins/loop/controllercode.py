@@ -12,7 +12,6 @@ from fuzzy.files.atomic import write_together
 from fuzzy.plugins.ccode.compiler import SANITIZERS, find_compiler, run_program
 from fuzzy.plugins.ccode.numbertype import FLOATING, Floating
 from fuzzy.plugins.ccode.source import c_sources
-from fuzzy.plugins.ccode.writing import zipped
 from fuzzy.plugins.loop.controller import LoopError, Roles, RuleController, factor_of, roles_of
 from fuzzy.plugins.loop.response import Loop, SampledController
 from fuzzy.system import Sugeno
@@ -129,11 +128,6 @@ def write_controller(files: ControllerFiles, folder: str | Path) -> list[Path]:
         OSError: Nothing can be written.
     """
     return write_together(folder, files.texts)
-
-
-def zipped_controller(files: ControllerFiles) -> bytes:
-    """The files as a zip, with the same bytes each time."""
-    return zipped(files.texts)
 
 
 def prove_controller(

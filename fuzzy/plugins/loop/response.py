@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any
@@ -304,44 +304,24 @@ class SampledController:
         if self._begun:
             self.rate = self._keep * self.rate + (1 - self._keep) * (error - self.error) / self._period
         self._begun, self.error = True, error
-        control, self._integrated, self.total = _limited(
-            partial(self._controller, operating=operating),
-            self._loop,
-            self._period,
-            error,
-            self.rate,
-            self.total,
-            self._integrated,
-        )
-        return control
-
-
-def _limited(
-    controller: Callable[[float, float, float], tuple[float, float]],
-    loop: Loop,
-    period: float,
-    error: float,
-    rate: float,
-    total: float,
-    integrated: float,
-) -> tuple[float, float, float]:
-    """The control within its limits, the loop's integral of du, and the error's sum, both clamped."""
-    low, high = loop.low, loop.high
-    summed = total + error * period
-    direct, change = controller(error, rate, summed)
-    wanted = direct + integrated + change * period
-    if (wanted > high or wanted < low) and summed != total:
-        # Clamping: the sum stays if with it the actuator would be driven further into its limit.
-        other = controller(error, rate, total)
-        less = other[0] + integrated + other[1] * period
-        if (wanted > high and less <= wanted) or (wanted < low and less >= wanted):
-            summed, (direct, change) = total, other
-    moved = integrated + change * period
-    if direct + moved > high and change > 0:
-        moved = max(integrated, min(moved, high - direct))
-    elif direct + moved < low and change < 0:
-        moved = min(integrated, max(moved, low - direct))
-    return min(max(direct + moved, low), high), moved, summed
+        period, low, high = self._period, self._loop.low, self._loop.high
+        asked = partial(self._controller, error, self.rate, operating=operating)
+        summed = self.total + error * period
+        direct, change = asked(summed)
+        wanted = direct + self._integrated + change * period
+        if (wanted > high or wanted < low) and summed != self.total:
+            # Clamping: the sum stays if with it the actuator would be driven further into its limit.
+            other = asked(self.total)
+            less = other[0] + self._integrated + other[1] * period
+            if (wanted > high and less <= wanted) or (wanted < low and less >= wanted):
+                summed, (direct, change) = self.total, other
+        moved = self._integrated + change * period
+        if direct + moved > high and change > 0:
+            moved = max(self._integrated, min(moved, high - direct))
+        elif direct + moved < low and change < 0:
+            moved = min(self._integrated, max(moved, low - direct))
+        self._integrated, self.total = moved, summed
+        return min(max(direct + moved, low), high)
 
 
 def figures_of(time: np.ndarray, output: np.ndarray, control: np.ndarray, loop: Loop) -> Figures:

@@ -109,9 +109,10 @@ def begun(task: StepTask) -> tuple[dict[str, float], float, Sugeno | None]:
 
 def controller_zip(task: StepTask, name: str) -> bytes:
     """The design of a task, with the loop round it, as C in a zip. Raises ExportError, LoopError."""
-    from fuzzy.plugins.loop.controllercode import controller_code, zipped_controller
+    from fuzzy.plugins.ccode.writing import zipped
+    from fuzzy.plugins.loop.controllercode import controller_code
 
-    return zipped_controller(controller_code(task.design, task.loop, task.roles, name))
+    return zipped(controller_code(task.design, task.loop, task.roles, name).texts)
 
 
 _tuned, _unchanged = lru_cache(maxsize=4)(tuned_pid), lru_cache(maxsize=4)(respond)

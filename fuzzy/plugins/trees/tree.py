@@ -7,7 +7,7 @@ free, but for circles. A tree of systems of two inputs has fewer rules than one 
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from textwrap import indent
 from typing import Any
@@ -20,6 +20,7 @@ from fuzzy.inference import check_points, infer
 from fuzzy.insight.description import as_dict, describe
 from fuzzy.membershipfunction import Array, as_float, as_number, like
 from fuzzy.naming import check_known
+from fuzzy.plugins.trees.space import TreeSpace, tree_space
 from fuzzy.shown import shown
 from fuzzy.system import Linear, Sugeno, Terms, Variable
 from fuzzy.words import counted, listed
@@ -159,6 +160,20 @@ class Tree:
     def with_systems(self, systems: Mapping[str, Sugeno]) -> "Tree":
         """The tree with other ``systems`` of the same variables, such as learnt ones, under some of its names."""
         return replace(self, systems={**self.systems, **systems})
+
+    def search_space(
+        self, move: Collection[str] | None = None, symmetric: bool = True, data: tuple[Array, Array] | None = None
+    ) -> TreeSpace:
+        """What a search may move: that of each system, as :class:`fuzzy.tuning.systemspace.SystemSpace` has it.
+
+        Args:
+            move: The parts that may move; None: memberships and consequents.
+            symmetric: Whether a symmetry of a system is kept.
+            data: Inputs (samples, inputs) and outputs (samples, outputs), which say how far consequents may move.
+
+        Raises TuningError for an unknown part.
+        """
+        return tree_space(self, move, symmetric, data)
 
     def describe(self) -> str:
         """The tree in words: what goes where, and then each system."""

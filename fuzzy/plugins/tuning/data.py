@@ -158,7 +158,7 @@ def tune(
     }
 
     def made(row: np.ndarray) -> Any:
-        return least_squares(space.made(row), x, y).fis if solve else space.made(row)  # type: ignore[arg-type]
+        return least_squares(space.made(row), x, y).fis if solve else space.made(row)
 
     def error(row: np.ndarray) -> float:
         try:

@@ -16,6 +16,7 @@ from fuzzy.errors import quoted
 from fuzzy.files.fisfile import (
     FisFileError,
     FisFileWarning,
+    FisText,
     beyond_matlab,
     file_bytes,
     format_fis,
@@ -26,7 +27,7 @@ from fuzzy.files.fisfile import (
 from fuzzy.files.fislines import LOWER_NOTE, REDUCTION_NOTE, SectionLine
 from fuzzy.membershipfunction import MembershipError, as_number
 from fuzzy.plugins.type2.system import Lower, Type2Sugeno
-from fuzzy.system import FuzzySystemError, Variable
+from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
 _FORM = "[scale left-lag right-lag; ...], three numbers for each term"
 
@@ -49,13 +50,20 @@ def read_type2(path: str | os.PathLike[str]) -> Type2Sugeno:
 
 def type2_of(data: bytes, name: str) -> Type2Sugeno:
     """Read the bytes of a .fis file called ``name``; raises as :func:`read_type2` does."""
-    read = warned(parse_bytes(data, name, type2=True))
-    if read.reduction is None:
+    fis = system_of(warned(parse_bytes(data, name, type2=True)), name)
+    if isinstance(fis, Sugeno):
         raise FisFileError(
             name,
             None,
             "this is a type-1 system; `fuzzy type2`, or fuzzy.to_type2 in Python, makes a type-2 system of it",
         )
+    return fis
+
+
+def system_of(read: FisText, name: str) -> Sugeno | Type2Sugeno:
+    """The system in a text called ``name``, of the type that it says; raises as :func:`read_type2` does."""
+    if read.reduction is None:
+        return read.system
     lower = {v.name: _lower(v, at, name) for v, at in zip(read.system.inputs, read.lower, strict=True) if at}
     try:
         return Type2Sugeno(read.system, lower, read.reduction.value.strip("'").casefold())  # type: ignore[arg-type]
@@ -107,6 +115,11 @@ def format_type2(fis: Type2Sugeno) -> str:
             rows = [" ".join(_number(v) for v in (each.scale, *each.lag)) for each in terms]
             lines.append(f"%! {LOWER_NOTE}=[{'; '.join(rows)}]")
     return "\n".join(lines)
+
+
+def format_either(fis: Sugeno | Type2Sugeno) -> str:
+    """The text of a .fis file of a system of either type; raises as :func:`fuzzy.format_fis` does."""
+    return format_fis(fis) if isinstance(fis, Sugeno) else format_type2(fis)
 
 
 def _number(value: object) -> str:

@@ -21,7 +21,7 @@ their lower one, and the average is taken anew. Each step brings it down until i
 Karnik and Mendel's steps, and needs no order of the rules.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, NamedTuple, get_args
@@ -44,6 +44,7 @@ from fuzzy.inference import (
 from fuzzy.membershipfunction import Array, MembershipError, as_float, as_number, like
 from fuzzy.naming import check_known
 from fuzzy.plugins.type2.reduction import Reduction
+from fuzzy.plugins.type2.space import Type2Space, type2_space
 from fuzzy.rule import Rule
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
@@ -176,6 +177,24 @@ class Type2Sugeno:
     def __call__(self, x: Any) -> Array:
         """Evaluate the outputs (..., outputs) at ``x`` (..., inputs), numpy or torch; see :func:`infer_type2`."""
         return infer_type2(self, x).output
+
+    def infer(self, x: Any) -> Type2Inference:
+        """Every layer at ``x`` (..., inputs), see :func:`infer_type2`."""
+        return infer_type2(self, x)
+
+    def search_space(
+        self, move: Collection[str] | None = None, symmetric: bool = True, data: tuple[Array, Array] | None = None
+    ) -> Type2Space:
+        """What a search may move: the upper system (:class:`fuzzy.tuning.systemspace.SystemSpace`), and footprints.
+
+        Args:
+            move: The parts that may move; None: memberships, consequents and footprints.
+            symmetric: Whether a symmetry is kept.
+            data: Inputs (samples, inputs) and outputs (samples, outputs), which say how far consequents may move.
+
+        Raises TuningError for an unknown part.
+        """
+        return type2_space(self, move, symmetric, data)
 
     def degrees(self, variable: str, term: str, x: Any) -> tuple[Array, Array]:
         """The lower and the upper degrees (...) of a term.

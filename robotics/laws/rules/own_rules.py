@@ -234,10 +234,8 @@ class OwnRules(FuzzyTracking):
 class CompositeRules(OwnRules):
     """A tree of systems or an interval type-2 system as the rule base, of the robot's own motion, path and reference.
 
-    It is evaluated in compiled code as a plain one is; what explains, tunes or writes rules takes plain ones only.
+    It is evaluated in compiled code as a plain one is, and tuned; what explains or writes rules takes plain ones only.
     """
-
-    tasks = FuzzyTracking.tasks
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -252,6 +250,19 @@ class CompositeRules(OwnRules):
         """The same, evaluated as what it is."""
         found = super().derive(setting)
         return {**found, "ask": {**found["ask"], "composite": 1.0}}
+
+    @cached_property
+    def composites(self) -> Mapping[str, Any]:
+        """The tree or the type-2 system."""
+        return {"own": composite_of(self.rule_base)}
+
+    def with_fuzzy_system(self, task: str, fis: Any) -> "CompositeRules":
+        """The same law with another tree or type-2 system. Raises ControllerError for a plain rule base."""
+        if isinstance(fis, Sugeno):
+            raise ControllerError(
+                f"{called(self.rule_base)} is a tree or a type-2 system; its rules are not taken apart"
+            )
+        return super().with_fuzzy_system(task, fis)
 
 
 class PerceivingDerived(RulesDerived):

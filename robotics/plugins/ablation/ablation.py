@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from fuzzy.quantity import whole
 from fuzzy.shell.progress import Begin, unwatched
 from robotics.laws.catalogue import as_law
 from robotics.measures.evidence import mean_of
@@ -30,12 +31,12 @@ class AblationPlan:
 
     law: str
     each_rule: tuple[str, ...] = ()  # the rule bases whose rules are left out one at a time
-    shuffles: int = 2
-    crossings: int = 40
-    courses: int = 16
-    seeds: int = 20
-    seed: int = 0  # the first of each task's, and that of the shuffles
     on: tuple[str, ...] = ()  # scenarios
+    crossings: int = whole(40, least=0, doc="Number of random crossings that a team drives; 0: none.")
+    courses: int = whole(16, least=0, doc="Number of random obstacle courses that it drives; 0: none.")
+    seeds: int = whole(20, least=0, doc="Number of seeds on each scenario; 0: none.")
+    shuffles: int = whole(2, least=0, doc="How often each rule base's consequents are shuffled.")
+    seed: int = whole(0, least=0, doc="The first seed.")  # of each task, and that of the shuffles
 
     @property
     def tasks(self) -> list[AblationTask]:

@@ -1,17 +1,22 @@
 """The command ``robotics ablate``: what each rule base, each rule and the emergency rule of a law is worth."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from fuzzy.commands.shared import check_plot
 from fuzzy.files.atomic import check_folder
-from fuzzy.shell.options import Json, Quiet, argument, option
+from fuzzy.shell.options import FieldOptions, Json, Quiet, argument, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
 from robotics.studies.versions import versions
 
+if TYPE_CHECKING:
+    from robotics.plugins.ablation.ablation import AblationPlan
+
 WORTH_FILE = "ablation.csv"
+_NUMBERS = ("crossings", "courses", "seeds", "shuffles", "seed")
 
 
 def ablate(
@@ -26,11 +31,10 @@ def ablate(
         list[str],
         option("A scenario to drive; may be repeated. Default: those of its kind.", "--on", autocompletion=scenarios),
     ] = [],  # noqa: B006
-    crossings: Annotated[int, option("Number of random crossings that a team drives; 0: none.", min=0)] = 40,
-    courses: Annotated[int, option("Number of random obstacle courses that it drives; 0: none.", min=0)] = 16,
-    seeds: Annotated[int, option("Number of seeds on each scenario; 0: none.", min=0)] = 20,
-    shuffles: Annotated[int, option("How often each rule base's consequents are shuffled.", min=0)] = 2,
-    seed: Annotated[int, option("The first seed.", min=0)] = 0,
+    made: Annotated[
+        "Callable[..., AblationPlan]",
+        FieldOptions("robotics.plugins.ablation.ablation:AblationPlan", *_NUMBERS, later=True),
+    ],
     workers: Annotated[int | None, option("Number of processes. Default: one for each core.", min=1, max=1000)] = None,
     out: Annotated[
         Path | None, option(f"Folder for {WORTH_FILE}. Default: nothing is written.", "-o", "--out", "FOLDER")
@@ -51,23 +55,14 @@ def ablate(
     from fuzzy.compiled.threads import processors
     from fuzzy.figures.drawing import save_figure
     from fuzzy.files.table import write_frame
-    from robotics.plugins.ablation.ablation import AblationPlan, ablate
+    from robotics.plugins.ablation.ablation import ablate
     from robotics.plugins.ablation.figures import plot_ablation
     from robotics.studies.executors import workers_at
 
     check_plot(plot)
     if out is not None:
         check_folder(out)
-    plan = AblationPlan(
-        law=law,
-        each_rule=tuple(each_rule),
-        shuffles=shuffles,
-        crossings=crossings,
-        courses=courses,
-        seeds=seeds,
-        seed=seed,
-        on=tuple(on),
-    )
+    plan = made(law=law, each_rule=tuple(each_rule), on=tuple(on))
     count = workers or processors()
     with workers_at(count, None, ["robotics.plugins.ablation.tasks"]) as crew, progress_bar(quiet) as begin:
         found = ablate(plan, crew, begin)

@@ -23,7 +23,7 @@ from robotics.laws.equation import EquationLaw
 from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.measures.clearance import clearances, robot_gaps
-from robotics.measures.contacts import Contact, can_touch, contact_sentences, contacts, who
+from robotics.measures.contacts import can_touch, contact_sentences, contacts, who
 from robotics.measures.outside import outside, outside_sentence
 from robotics.measures.own import installed_metrics
 from robotics.measures.registry import ALL_METRICS, headlines, measure_all, panel_metrics
@@ -424,7 +424,7 @@ def seed_data(
         "outcomes": outcomes(run, divergence, place),
         "metrics": metrics,
         "shares": shares,
-        "contacts": [contact_mark(c) for c in contacts(run, place, most)],
+        "contacts": [[c.start, c.x, c.y, who(c.robot, c.other, c.obstacle)] for c in contacts(run, place, most)],
     }
 
 
@@ -459,11 +459,6 @@ def reduced_metrics(
     wanted = {n: m for n, m in _shown_metrics(kind, others=True, cost=cost).items() if n in measured}
     how = {n: reduced["min" if m.larger else m.of_run] for n, m in wanted.items()}
     return {n: _number(float(of(measured[n][place]))) for n, of in how.items()}
-
-
-def contact_mark(contact: Contact) -> list[Any]:
-    """A contact as it is drawn: time [s], x, y [m], and who touches what, in words."""
-    return [contact.start, contact.x, contact.y, who(contact.robot, contact.other, contact.obstacle)]
 
 
 def _verdict(run: Run, measured: dict[str, np.ndarray]) -> str:

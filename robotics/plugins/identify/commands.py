@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 from fuzzy.commands.shared import check_plot
-from fuzzy.files.atomic import check_target
+from fuzzy.files.atomic import check_target, write_whole
 from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
@@ -48,7 +48,7 @@ def identify(
       robotics run fuzzy-off-path --robot myrobot.toml
     """
     from robotics.plugins.identify.identified import identify as identified
-    from robotics.plugins.identify.robotfile import identified_text, write_robot
+    from robotics.plugins.identify.robotfile import identified_text
     from robotics.plugins.identify.signals import read_signals
     from robotics.simulation.scenario.robots import load_robot
 
@@ -60,7 +60,7 @@ def identify(
     found = identified(read_signals(log, model.robot, namespace, distribution=ros, **topics), model, seed)
     text = identified_text(found, robot)
     if out is not None:
-        write_robot(found, robot, out)
+        write_whole(out, text)
     if page is not None:
         from robotics.plugins.identify.figures import write_page
 

@@ -1,8 +1,5 @@
 """The file of an identified robot: every number with where it is from, and what a scenario must say besides."""
 
-from pathlib import Path
-
-from fuzzy.files.atomic import write_whole
 from fuzzy.shown import shown
 from robotics.plugins.identify.identified import Identified, Number
 from robotics.plugins.identify.model import LIMIT_NAMES, fields_of
@@ -44,11 +41,6 @@ def identified_text(found: Identified, name: str) -> str:
     except RobotError as error:
         raise IdentifyError(f"{found.signals.log}: the numbers that were found make no robot: {error}") from None
     return text
-
-
-def write_robot(found: Identified, name: str, target: Path) -> None:
-    """Write that file, whole or not at all. Raises IdentifyError and OSError."""
-    write_whole(target, identified_text(found, name))
 
 
 def _sizes(base: Robot, numbers: dict[str, Number]) -> dict[str, float]:

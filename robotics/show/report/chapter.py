@@ -1,8 +1,9 @@
 """The parts of a report: pictures, tables, claims, chapters."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
@@ -158,14 +159,10 @@ class Chapter:
 
 def judged_together(claims: Sequence[Claim], chapters: Sequence[Chapter]) -> tuple[list[Claim], list[Chapter]]:
     """The same claims, and chapters with theirs, as one family: see :func:`robotics.measures.evidence.adjusted`."""
-    parts = iter(adjusted([part for claim in (*claims, *_claims(chapters)) for part in claim.parts]))
+    family = chain(claims, *(chapter.claims for chapter in chapters))
+    parts = iter(adjusted([part for claim in family for part in claim.parts]))
 
     def again(several: Sequence[Claim]) -> list[Claim]:
         return [replace(claim, parts=tuple(next(parts) for _ in claim.parts)) for claim in several]
 
     return again(claims), [replace(chapter, claims=again(chapter.claims)) for chapter in chapters]
-
-
-def _claims(chapters: Sequence[Chapter]) -> Iterator[Claim]:
-    for chapter in chapters:
-        yield from chapter.claims

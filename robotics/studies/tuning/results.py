@@ -1,12 +1,13 @@
 """What tuning leaves in its folder: the tuned law's rule bases, its specification, and where they come from."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+import fuzzy
 from fuzzy.figures.drawing import save_figure
 from fuzzy.figures.tuning import plot_front, plot_search
 from fuzzy.files.atomic import write_json
@@ -39,7 +40,7 @@ def write_tuned(tuned: Tuned, specification: str, folder: Path) -> str:
     provenance = {key: tuned.about[key] for key in kept}  # the contents of the scenarios are in search.json
     for file, (name, fis) in _files(tuned, values).items():
         (folder / file).parent.mkdir(exist_ok=True)
-        write_fis(fis, folder / file, _comment(fis, name, tuned, provenance))
+        _writer(fis)(fis, folder / file, _comment(fis, name, tuned, provenance))
     inside = _specification(tuned, specification, values, Path())
     about = {
         "specification": inside,  # its files are those of this folder
@@ -63,13 +64,23 @@ def front_table(tuned: Tuned) -> pd.DataFrame:
     return tuned.history.iloc[tuned.evaluated.front].drop(columns="best")
 
 
-def _files(tuned: Tuned, values: np.ndarray) -> dict[str, tuple[str, Sugeno]]:
-    """The rule bases that moved, each with its name in the law, by file; of networks in one folder all of them."""
+def _files(tuned: Tuned, values: np.ndarray) -> dict[str, tuple[str, Any]]:
+    """The rule bases that moved, each with its name in the law, by file; of networks in one folder all of them.
+
+    A tree is a folder.
+    """
     space = tuned.space
     moved = space.systems_of(values)
     if any(task_of(space.law, name) == FORMATION for name in moved):
         return {f"{_NETWORKS}/{name}.fis": (name, fis) for name, fis in space.made(values).fuzzy_systems.items()}
-    return {f"{name}.fis": (name, fis) for name, fis in moved.items()}
+    return {f"{name}.fis" if hasattr(fis, "rules") else name: (name, fis) for name, fis in moved.items()}
+
+
+def _writer(fis: Any) -> Callable[[Any, Path, str], None]:
+    """What writes a system: of a tree a folder."""
+    if isinstance(fis, Sugeno):
+        return write_fis
+    return fuzzy.write_tree if isinstance(fis, fuzzy.Tree) else fuzzy.write_type2
 
 
 def _specification(tuned: Tuned, specification: str, values: np.ndarray, folder: Path) -> str:
@@ -93,7 +104,7 @@ def _shown(tuned: Tuned, values: np.ndarray) -> list[Any]:
     return [p.choices[int(v)] if p.choices else float(v) for p, v in zip(tuned.space.parameters, values, strict=True)]
 
 
-def _comment(fis: Sugeno, task: str, tuned: Tuned, about: Mapping[str, Any]) -> str:
+def _comment(fis: Any, task: str, tuned: Tuned, about: Mapping[str, Any]) -> str:
     terms = " + ".join(f"{t.weight:g} * {t.metric} / {t.scale:g}" for t in tuned.cost.terms)
     first, last = about["seeds"]
     return "\n".join(

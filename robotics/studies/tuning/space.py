@@ -15,7 +15,6 @@ import numpy as np
 
 from fuzzy.naming import check_known
 from fuzzy.quantity import SMALLEST, check_quantities, described, quantity
-from fuzzy.system import Sugeno
 from fuzzy.tuning.parameter import Scale, SearchParameter, TuningError
 from fuzzy.tuning.systemspace import MOVABLE, MOVED, SystemSpace
 from robotics.laws.catalogue import gain_fields, gains_of, with_gains
@@ -153,14 +152,18 @@ class LawSpace:
         return tuple(found)
 
     @cached_property
-    def _systems(self) -> dict[str, SystemSpace]:
+    def _systems(self) -> dict[str, Any]:
         parts = [part for part in self.move if part in MOVABLE]
         if not parts:
             return {}
         systems = {name: fis for name, fis in self.law.fuzzy_systems.items() if task_of(self.law, name)}
         prefix = len(systems) > 1
+        # What moves by default is of a type-2 system its footprint, too.
+        wished = None if set(parts) == set(MOVED) else parts
         return {
-            task: SystemSpace(fis, parts, self.symmetric, f"{task}." if prefix else "")
+            task: whole.search_space(wished, self.symmetric)
+            if (whole := self.law.composites.get(task)) is not None
+            else SystemSpace(fis, parts, self.symmetric, f"{task}." if prefix else "")
             for task, fis in systems.items()
             if self.tasks is None or task in self.tasks
         }
@@ -177,7 +180,7 @@ class LawSpace:
             law = law.with_fuzzy_system(task_of(law, name), fis)
         return law
 
-    def systems_of(self, values: Sequence[float] | np.ndarray) -> dict[str, Sugeno]:
+    def systems_of(self, values: Sequence[float] | np.ndarray) -> dict[str, Any]:
         """The rule bases that ``values`` (parameters,) make, by what the law calls them (``Law.fuzzy_systems``)."""
         told = dict(zip([p.name for p in self.parameters], map(float, values), strict=True))
         return {

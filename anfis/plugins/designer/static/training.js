@@ -28,7 +28,7 @@ import {
   fillColumns,
   tableFields,
 } from "../../../../fuzzy/plugins/designer/static/datasource.js";
-import { field, formStyled, group, panelForm, row } from "../../../../fuzzy/plugins/designer/static/form.js";
+import { acts, field, formStyled, group, panelForm, row } from "../../../../fuzzy/plugins/designer/static/form.js";
 import { degree, places } from "../../../../fuzzy/plugins/designer/static/membership.js";
 
 const NAMES = [
@@ -124,7 +124,7 @@ export async function render({ model, el }) {
     };
     asks.replaceChildren(
       ...wanted.map((ask, i) => field(ask.title, controls[i])),
-      element("button", { type: "button", onclick: make }, "Make the data"),
+      element("button", { onclick: make }, "Make the data"),
     );
   }
   const data = group("Data", sources, asks, about);
@@ -148,9 +148,6 @@ export async function render({ model, el }) {
       goalField,
       field(SHARE, number(SHARE, "share", { min: 0, max: 80 }, { factor: 100 })),
       field("Seed of the split", number("Seed of the split", "seed", { min: 0, step: 1 })),
-      go,
-      stop,
-      take,
     ),
   );
 
@@ -173,8 +170,7 @@ export async function render({ model, el }) {
     data,
     from,
     how,
-    bar,
-    state,
+    acts([go, stop, take], bar, state),
     notes,
     views,
     drawn.node,

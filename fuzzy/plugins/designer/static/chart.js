@@ -2,7 +2,9 @@
 
 /** An HTML element; "on..." adds a listener, true and null set and leave out an attribute. */
 export function element(tag, attributes = {}, ...children) {
-  return filled(document.createElement(tag), attributes, children);
+  const node = document.createElement(tag);
+  if (tag === "button") node.type = "button"; // it sends no form unless its attributes say so
+  return filled(node, attributes, children);
 }
 
 /** An SVG element, in the same way. */
@@ -87,7 +89,6 @@ export function button(icon, label, onclick, text = null) {
       shape("path", { d: ICONS[icon] }),
     );
   const attributes = {
-    type: "button",
     class: text ? "fd-button" : "fd-button fd-square",
     "aria-label": text ? null : label,
     title: label,
@@ -400,6 +401,14 @@ export function whenShown(node, f) {
   return () => observer.disconnect();
 }
 
+/** What ends a module: all its `ends`, and the root goes. */
+export const endOf =
+  (root, ...ends) =>
+  () => {
+    for (const end of ends) end();
+    root.remove();
+  };
+
 /**
  * Draw a module now, and again before the next picture whenever one of these values or its width changes; returns what
  * ends it: further `ends`, and the root goes.
@@ -408,8 +417,5 @@ export function keepDrawn(model, names, root, draw, ...ends) {
   const { soon, end } = framed(draw);
   ends.push(end, watch(model, names, soon), whenSized(root, soon));
   draw();
-  return () => {
-    for (const each of ends) each();
-    root.remove();
-  };
+  return endOf(root, ...ends);
 }

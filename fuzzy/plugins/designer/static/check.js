@@ -1,6 +1,6 @@
 // What the rule base is checked for, as "fuzzy check" lists it: each finding leads to its rules or terms. Model:
 // "findings", null until they are known.
-import { element, say, watch } from "./chart.js";
+import { element, endOf, say, watch } from "./chart.js";
 
 const SIGNS = { error: "✕", warning: "▲", note: "i" };
 const WORDS = { error: "error", warning: "warning", note: "note" };
@@ -20,7 +20,6 @@ export function render({ model, el }) {
     element(
       "button",
       {
-        type: "button",
         class: "fd-button fd-link",
         onclick: () =>
           model.send(
@@ -61,10 +60,7 @@ export function render({ model, el }) {
 
   const end = watch(model, ["findings"], paint);
   paint();
-  return () => {
-    end();
-    root.remove();
-  };
+  return endOf(root, end);
 }
 
 export default { render };

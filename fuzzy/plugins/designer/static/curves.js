@@ -17,7 +17,7 @@ import {
 } from "./chart.js";
 import { drag, gesture, pressing, stepped } from "./dragging.js";
 import { strip } from "./histogram.js";
-import { degree, handles, places, shifted } from "./membership.js";
+import { degree, handles, lowerDegree, places, shifted } from "./membership.js";
 
 const ROW = 19; // px, a line of labels
 const STRIP = 44; // px, a histogram of measured rows
@@ -220,14 +220,21 @@ export function membershipChart(hands) {
       const each = drawn[i],
         { term, bold } = each,
         path = line(each.xs.map(x), each.ys.map(y));
-      if (bold && path)
+      // Of a type-2 term the footprint of uncertainty, down to its lower function.
+      const foot = term.lower && each.xs.map(lowerDegree(term, view.functions[term.type], low, high)),
+        below = foot && line(each.xs.map(x), foot.map(y));
+      if (path && (bold || below))
         layers.curves.append(
           shape("path", {
-            d: `${path}L${box.right} ${box.bottom}L${box.left} ${box.bottom}Z`,
+            d: below
+              ? path + line([...each.xs].reverse().map(x), [...foot].reverse().map(y)).replace("M", "L") + "Z"
+              : `${path}L${box.right} ${box.bottom}L${box.left} ${box.bottom}Z`,
             style: `fill: ${each.color}`,
-            class: "fd-under",
+            class: bold ? "fd-under" : "fd-under fd-faint",
+            "data-footprint": below ? term.name : null,
           }),
         );
+      if (below) layers.curves.append(shape("path", { d: below, style: `stroke: ${each.color}`, class: "fd-lower" }));
       layers.curves.append(
         shape("path", {
           d: path,

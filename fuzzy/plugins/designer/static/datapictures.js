@@ -229,7 +229,7 @@ function worstTable(pictures, look) {
   const body = worst.map((row) => {
     const title = look ? `look at line ${row.line} in the viewer` : null;
     const first = look
-      ? element("button", { type: "button", class: "dp-look", title, "aria-label": title }, String(row.line))
+      ? element("button", { class: "dp-look", title, "aria-label": title }, String(row.line))
       : String(row.line);
     return element(
       "tr",

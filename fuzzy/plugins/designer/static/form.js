@@ -11,6 +11,9 @@ export const field = (text, control, kind = null) =>
 
 export const row = (...children) => element("div", { class: "pn-row" }, ...children);
 
+/** What begins and ends the work, and how far it is: always in sight below the form. */
+export const acts = (buttons, ...progress) => element("div", { class: "pn-acts" }, row(...buttons), ...progress);
+
 /** Fields that belong together, under a title. */
 export const group = (title, ...children) => element("fieldset", {}, element("legend", {}, title), ...children);
 
@@ -92,8 +95,7 @@ export function panelForm(model, home, { leads = false, columns = null, chosen =
   }
 
   /** A button for a wish of the page. */
-  const act = (text, wish, kind = null) =>
-    element("button", { type: "button", class: kind, onclick: () => send({ do: wish }) }, text);
+  const act = (text, wish, kind = null) => element("button", { class: kind, onclick: () => send({ do: wish }) }, text);
 
   return { get, send, choose, fields, note, refuse, drawProblem, number, list, check, act };
 }

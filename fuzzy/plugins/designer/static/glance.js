@@ -22,12 +22,8 @@ function copied(marked) {
 export function render({ el }) {
   const picture = element("div", { class: "shell-glance-picture", inert: true });
   const title = element("span", {});
-  const fold = element("button", { type: "button", "aria-expanded": "true", onclick: () => show(picture.hidden) });
-  const go = element(
-    "button",
-    { type: "button", onclick: () => view()?.scrollIntoView({ block: "start" }) },
-    "Go there",
-  );
+  const fold = element("button", { "aria-expanded": "true", onclick: () => show(picture.hidden) });
+  const go = element("button", { onclick: () => view()?.scrollIntoView({ block: "start" }) }, "Go there");
   const root = element(
     "div",
     { class: "shell-glance-box" },

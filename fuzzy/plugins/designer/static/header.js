@@ -63,11 +63,7 @@ function dialog(host, heading, rows, accept, done, stays = false) {
       done();
     },
   });
-  const buttons = make(
-    "div",
-    { class: "buttons" },
-    make("button", { type: "button", onclick: () => box.close() }, "Cancel"),
-  );
+  const buttons = make("div", { class: "buttons" }, make("button", { onclick: () => box.close() }, "Cancel"));
   if (accept) buttons.append(make("button", { type: "submit", class: "first" }, accept));
   form.append(make("h2", { id }, heading), ...rows, buttons);
   box.append(form);
@@ -77,6 +73,10 @@ function dialog(host, heading, rows, accept, done, stays = false) {
   box.showModal();
   return box;
 }
+
+/** A field for the name of a file. */
+const nameField = (more) =>
+  make("input", { type: "text", autocomplete: "off", spellcheck: "false", required: true, ...more });
 
 function render({ model, el }) {
   el.classList.add("shell-header");
@@ -90,10 +90,10 @@ function render({ model, el }) {
     "div",
     { role: "alert", class: "said problem", hidden: true },
     alertText,
-    make("button", { type: "button", "aria-label": "Close this message", onclick: () => (alert.hidden = true) }, "×"),
+    make("button", { "aria-label": "Close this message", onclick: () => (alert.hidden = true) }, "×"),
   );
-  const undoButton = make("button", { type: "button", onclick: () => send({ do: "undo" }) }, "Undo"),
-    stopButton = make("button", { type: "button", onclick: () => send({ do: "stop" }) }, "Stop");
+  const undoButton = make("button", { onclick: () => send({ do: "undo" }) }, "Undo"),
+    stopButton = make("button", { onclick: () => send({ do: "stop" }) }, "Stop");
   let saving = null; // the dialog "Save as" while it is open
   let timer = 0,
     undoable = null; // the name of the edit that the sentence shown speaks of
@@ -126,18 +126,12 @@ function render({ model, el }) {
         make("li", {}, make("a", { href: address(name), "aria-current": name === file ? "page" : null }, text)),
       );
     }
-    const name = make("input", {
-      type: "text",
-      autocomplete: "off",
-      spellcheck: "false",
-      placeholder: "name.fis",
-      required: true,
-    });
+    const name = nameField({ placeholder: "name.fis" });
     const rows = [
       make("p", {}, files.length ? "Files of this folder:" : "This folder has no .fis files yet."),
       list,
       make("label", { class: "row" }, make("span", {}, "New file"), name),
-      make("button", { type: "button", onclick: () => (box.close(), newFrom()) }, "New from …"),
+      make("button", { onclick: () => (box.close(), newFrom()) }, "New from …"),
     ];
     const box = dialog(el, "Open", rows, "Create", () => location.assign(address(withEnding(name.value.trim()))));
     list.querySelector("a")?.focus();
@@ -150,13 +144,7 @@ function render({ model, el }) {
   }
 
   function saveAs() {
-    const name = make("input", {
-      type: "text",
-      autocomplete: "off",
-      spellcheck: "false",
-      required: true,
-      value: shell().unnamed ?? shell().file,
-    });
+    const name = nameField({ value: shell().unnamed ?? shell().file });
     const id = `shell-refused-${++count}`,
       why = make("p", { class: "problem", role: "alert", id });
     const box = dialog(
@@ -224,7 +212,7 @@ function render({ model, el }) {
     );
     const tour = make(
       "button",
-      { type: "button", onclick: () => (box.close(), document.dispatchEvent(new Event("fd-tour"))) },
+      { onclick: () => (box.close(), document.dispatchEvent(new Event("fd-tour"))) },
       "New to rule bases? A tour of five steps",
     );
     const box = dialog(el, "Keys", [tour, table], null, () => {});
@@ -303,35 +291,17 @@ function render({ model, el }) {
   // The bar --------------------------------------------------------------------------------------------------
   const name = make("span", { class: "name" }),
     state = make("span", { class: "state" });
-  const undo = make(
-    "button",
-    { type: "button", onclick: () => send({ do: "undo" }) },
-    "↶",
-    make("span", { class: "word" }, " Undo"),
-  );
-  const redo = make(
-    "button",
-    { type: "button", onclick: () => send({ do: "redo" }) },
-    "↷",
-    make("span", { class: "word" }, " Redo"),
-  );
-  const past = make(
-    "button",
-    {
-      type: "button",
-      "aria-label": "History",
-      title: "History: all edits, and snapshots",
-      onclick: () => send({ do: "history" }),
-    },
-    "◷",
-    make("span", { class: "word" }, " History"),
-  );
-  const save = make("button", { type: "button", class: "first", title: key("S"), onclick: store }, "Save");
+  const worded = (wish, sign, word, more) =>
+    make("button", { onclick: () => send({ do: wish }), ...more }, sign, make("span", { class: "word" }, ` ${word}`));
+  const undo = worded("undo", "↶", "Undo"),
+    redo = worded("redo", "↷", "Redo"),
+    title = "History: all edits, and snapshots",
+    past = worded("history", "◷", "History", { "aria-label": "History", title });
+  const save = make("button", { class: "first", title: key("S"), onclick: store }, "Save");
   // On a narrow screen the tree is a menu: the style sheet shows it while data-tree is "open".
   const tree = make(
     "button",
     {
-      type: "button",
       class: "tree-button",
       "aria-expanded": "false",
       "aria-controls": "shell-tree",
@@ -362,7 +332,6 @@ function render({ model, el }) {
         make(
           "button",
           {
-            type: "button",
             "aria-label": "Keys ?",
             title: "a tour, and all keys (?)",
             "aria-haspopup": "dialog",
@@ -409,15 +378,14 @@ function render({ model, el }) {
     if (!when) return;
     restored.append(
       make("span", {}, `Unsaved work of ${when} has been restored.`),
-      make("button", { type: "button", onclick: () => send({ do: "discard" }) }, "Revert to the saved file"),
-      make("button", { type: "button", onclick: () => restored.replaceChildren() }, "Keep it"),
+      make("button", { onclick: () => send({ do: "discard" }) }, "Revert to the saved file"),
+      make("button", { onclick: () => restored.replaceChildren() }, "Keep it"),
     );
   }
 
   // The file was changed by somebody else while work on it was not saved: both stay until one is chosen.
   function chooseWork(when) {
-    const choose = (which, words) =>
-      make("button", { type: "button", onclick: () => send({ do: "choose", which }) }, words);
+    const choose = (which, words) => make("button", { onclick: () => send({ do: "choose", which }) }, words);
     restored.append(
       make("span", {}, `The file has changed since your unsaved work of ${when}; the file is shown.`),
       choose("work", "Take my work"),
@@ -430,8 +398,8 @@ function render({ model, el }) {
   function offerStarts() {
     restored.append(
       make("span", {}, "This folder has no .fis files yet: a small new system stands here."),
-      make("button", { type: "button", "aria-haspopup": "dialog", onclick: newFrom }, "New from …"),
-      make("button", { type: "button", onclick: () => restored.replaceChildren() }, "Keep this one"),
+      make("button", { "aria-haspopup": "dialog", onclick: newFrom }, "New from …"),
+      make("button", { onclick: () => restored.replaceChildren() }, "Keep this one"),
     );
   }
 

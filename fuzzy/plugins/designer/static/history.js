@@ -1,7 +1,7 @@
 // The drawer History: snapshots, each with a small picture, and the edits that can be undone or made again. Model:
 // "history" { edits: [{ number, name, when, done }], forgotten }, "snapshots" { kept: [{ key, name, when, picture,
 // summary }], problems, most, longest } or null until they are read, "compared" (a key) and "removed" ({ key, name }).
-import { button, element, line, put, say, shape, watch } from "./chart.js";
+import { button, element, endOf, line, put, say, shape, watch } from "./chart.js";
 import { tint } from "./field.js";
 
 const WIDE = 92,
@@ -135,7 +135,6 @@ export function render({ model, el }) {
       element(
         "button",
         {
-          type: "button",
           class: "fd-button",
           "data-action": action,
           "aria-label": `${word} ${present}`,
@@ -228,7 +227,7 @@ export function render({ model, el }) {
     // Rows stay, so that the focus does.
     while (edits.children.length > entries.length) edits.lastChild.remove();
     while (edits.children.length < entries.length)
-      edits.append(element("li", {}, element("button", { type: "button", class: "fd-edit" })));
+      edits.append(element("li", {}, element("button", { class: "fd-edit" })));
     for (const [k, { number, name: words, when, done }] of entries.entries()) {
       const node = edits.children[k].firstChild,
         key = JSON.stringify([number, words, when]);
@@ -264,10 +263,7 @@ export function render({ model, el }) {
   const ends = [watch(model, ["snapshots", "compared", "removed"], showShots), watch(model, ["history"], showEdits)];
   showShots();
   showEdits();
-  return () => {
-    for (const end of ends) end();
-    root.remove();
-  };
+  return endOf(root, ...ends);
 }
 
 export default { render };

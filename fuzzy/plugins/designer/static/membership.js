@@ -45,6 +45,21 @@ export function degree(type, x, parameters) {
   return formula ? formula(x, ...parameters) : NaN;
 }
 
+/**
+ * The lower degree at a place, a function, of a type-2 term {type, parameters, lower: [scale, left lag, right lag]} of a
+ * variable from low to high: that of fuzzy/plugins/type2/system.py.
+ */
+export function lowerDegree({ type, parameters, lower: [scale, left, right] }, { roles }, low, high) {
+  const at = parameters.filter((_, i) => roles[i] === "location");
+  at.push(...at.slice(1).map((b, i) => (at[i] + b) / 2), low, high);
+  const degrees = at.map((x) => degree(type, x, parameters)),
+    peak = at[degrees.indexOf(Math.max(...degrees))];
+  return (x) => {
+    const lag = x < peak ? left : right;
+    return (scale * Math.max(0, degree(type, x, parameters) - lag)) / (1 - lag);
+  };
+}
+
 /** The degree of a clause: the term's, to the power of the hedges, then "not". */
 export function clauseDegree(clause, type, x, parameters) {
   const value = degree(type, x, parameters) ** clause.power;

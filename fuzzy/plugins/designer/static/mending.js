@@ -18,7 +18,7 @@ export function render({ model, el }) {
     model.send({ text: sent.join("\n") });
   };
   const open = element("button", { type: "submit", class: "first" }, "Open with this line"),
-    drop = element("button", { type: "button" }, "Leave the line out");
+    drop = element("button", {}, "Leave the line out");
   drop.addEventListener("click", () => send());
   const form = element("form", {}, above, field, below, reason, element("div", { class: "buttons" }, drop, open));
   form.addEventListener("submit", (event) => {

@@ -11,18 +11,12 @@ export function menuOf(label, entries, kind = "", upwards = false) {
   const menu = element("div", { role: "menu", id, "aria-label": label, hidden: true });
   const button = element(
     "button",
-    { type: "button", class: kind, "aria-haspopup": "menu", "aria-expanded": "false", "aria-controls": id },
+    { class: kind, "aria-haspopup": "menu", "aria-expanded": "false", "aria-controls": id },
     `${label} ${upwards ? "▴" : "▾"}`,
   );
   const node = element("span", { class: upwards ? "menu upwards" : "menu" }, button, menu);
   for (const [text, act] of entries) {
-    menu.append(
-      element(
-        "button",
-        { type: "button", role: "menuitem", tabindex: "-1", onclick: () => (toggle(false), act()) },
-        text,
-      ),
-    );
+    menu.append(element("button", { role: "menuitem", tabindex: "-1", onclick: () => (toggle(false), act()) }, text));
   }
   function toggle(open) {
     menu.hidden = !open;

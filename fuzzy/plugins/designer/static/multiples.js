@@ -17,12 +17,7 @@ export function smallMultiples(choose) {
     const canvas = element("canvas", { "aria-hidden": "true" }),
       caption = element("span"),
       own = { picture: null };
-    const button = element(
-      "button",
-      { type: "button", class: "fd-multiple", onclick: () => choose(own.picture) },
-      canvas,
-      caption,
-    );
+    const button = element("button", { class: "fd-multiple", onclick: () => choose(own.picture) }, canvas, caption);
     button.addEventListener("keydown", (event) => {
       const step = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 }[event.key];
       const to = step && cards[cards.findIndex((each) => each.node === button) + step];

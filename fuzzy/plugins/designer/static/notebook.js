@@ -31,7 +31,7 @@ function group(label, tabs, model, ends) {
   const list = element("div", { role: "tablist", "aria-label": label, class: "fuzzy-editor-tabs" });
   const pairs = tabs.map(([title, part], k) => {
     const view = element("div", { role: "tabpanel", "aria-label": title, class: "fuzzy-editor-view", hidden: true });
-    const tab = element("button", { type: "button", role: "tab", onclick: () => choose(k) }, title);
+    const tab = element("button", { role: "tab", onclick: () => choose(k) }, title);
     list.append(tab);
     return { tab, view, part };
   });
@@ -64,14 +64,8 @@ function group(label, tabs, model, ends) {
 
 function render({ model, el }) {
   const ends = [];
-  const buttons = ["undo", "redo"].map((what) =>
-    element("button", { type: "button", onclick: () => model.send({ do: what }) }),
-  );
-  const anew = element(
-    "button",
-    { type: "button", onclick: () => model.send({ do: "anew" }) },
-    "Start from the cell's",
-  );
+  const buttons = ["undo", "redo"].map((what) => element("button", { onclick: () => model.send({ do: what }) }));
+  const anew = element("button", { onclick: () => model.send({ do: "anew" }) }, "Start from the cell's");
   const notice = element("span", { role: "status" });
   let timer = 0;
   function tell() {

@@ -79,7 +79,7 @@ function save(blob, name) {
 }
 
 export function render({ model, el }) {
-  const button = element("button", { type: "button", "aria-haspopup": "dialog", onclick: open }, "Pictures …");
+  const button = element("button", { "aria-haspopup": "dialog", onclick: open }, "Pictures …");
   const root = element("div", { class: "shell-pictures-root" }, button);
   el.append(root);
   const told = element("span", { role: "status" });
@@ -107,8 +107,7 @@ export function render({ model, el }) {
   }
   function line(node) {
     const name = named(node),
-      act = (words, what) =>
-        element("button", { type: "button", "aria-label": `${words}: ${name}`, onclick: what }, words);
+      act = (words, what) => element("button", { "aria-label": `${words}: ${name}`, onclick: what }, words);
     const acts = [];
     if (node.localName === "svg") {
       const svg = () => save(new Blob([fileOf(node).text], { type: "image/svg+xml" }), file(name, "svg"));
@@ -123,7 +122,7 @@ export function render({ model, el }) {
   }
   function open() {
     const box = element("dialog", { class: "shell-pictures", "aria-label": "Pictures and tables in sight" });
-    const close = element("button", { type: "button", onclick: () => box.close() }, "Close");
+    const close = element("button", { onclick: () => box.close() }, "Close");
     told.textContent = "";
     const note = "PDF opens the browser's printing: choose to save. File, Export a figure draws for a paper.";
     box.replaceChildren(

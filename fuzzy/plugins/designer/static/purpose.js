@@ -1,5 +1,5 @@
 // What the rule base is for: a switch by which only what fits is shown. Model: "purposes", and the chosen "purpose".
-import { element, put, watch } from "./chart.js";
+import { element, endOf, put, watch } from "./chart.js";
 
 const WORDS = {
   function: "a function of its inputs",
@@ -14,7 +14,6 @@ export function render({ model, el }) {
     element(
       "button",
       {
-        type: "button",
         role: "radio",
         title: WORDS[purpose] ? `The rule base is ${WORDS[purpose]}` : null,
         "data-purpose": purpose,
@@ -50,10 +49,7 @@ export function render({ model, el }) {
   }
   const end = watch(model, ["purpose"], paint);
   paint();
-  return () => {
-    end();
-    root.remove();
-  };
+  return endOf(root, end);
 }
 
 export default { render };

@@ -324,7 +324,7 @@ export function ruleMatrix({ model, edit, open }) {
           const tint = typeof value === "object" ? scene.tints.get(value.term) : null;
           const one = element(
             "button",
-            { type: "button", role: "radio", class: "fd-brush", title, onclick: () => choose(value) },
+            { role: "radio", class: "fd-brush", title, onclick: () => choose(value) },
             text,
           );
           if (tint) put(one, { style: `background: ${tint.back}; color: ${tint.ink}` });
@@ -417,11 +417,7 @@ export function ruleMatrix({ model, edit, open }) {
         element(
           "li",
           {},
-          element(
-            "button",
-            { type: "button", class: "fd-button fd-link", onclick: () => open(rule.key) },
-            `rule ${number}`,
-          ),
+          element("button", { class: "fd-button fd-link", onclick: () => open(rule.key) }, `rule ${number}`),
           ` ${rule.text}`,
         );
       const more = list.length > LISTED ? [element("li", {}, `and ${list.length - LISTED} more`)] : [];

@@ -5,6 +5,7 @@ import {
   choices,
   clamp,
   element,
+  endOf,
   offer,
   put,
   said,
@@ -58,7 +59,7 @@ export function render({ model, el }) {
   const views = ["Sentences", "Table", "Matrix"].map((name) =>
     element(
       "button",
-      { type: "button", class: "fd-tab", "data-view": name.toLowerCase(), onclick: () => take(name.toLowerCase()) },
+      { class: "fd-tab", "data-view": name.toLowerCase(), onclick: () => take(name.toLowerCase()) },
       name,
     ),
   );
@@ -350,7 +351,7 @@ export function render({ model, el }) {
     const text = sentence(own),
       table = cells(own);
     // Over the row itself, and only while one points at the dots or is in it by keyboard: it hides no other rule.
-    const more = element("button", { type: "button", class: "fd-more-of", tabindex: -1 }, "⋯");
+    const more = element("button", { class: "fd-more-of", tabindex: -1 }, "⋯");
     const dots = element(
       "div",
       { class: "fd-dots" },
@@ -593,10 +594,7 @@ export function render({ model, el }) {
     () => matrix.end(),
   ];
   paint();
-  return () => {
-    for (const end of ends) end();
-    root.remove();
-  };
+  return endOf(root, ...ends);
 }
 
 export default { render };

@@ -4,6 +4,7 @@ import {
   choices,
   clamp,
   element,
+  endOf,
   heightLeft,
   labelled,
   offer,
@@ -73,7 +74,6 @@ export function render({ model, el }) {
     element(
       "button",
       {
-        type: "button",
         class: "fd-tab",
         "data-view": name,
         onclick: () => {
@@ -92,7 +92,6 @@ export function render({ model, el }) {
     element(
       "button",
       {
-        type: "button",
         class: "fd-tab",
         "data-mode": mode,
         onclick: () => model.send({ look: "several", mode }),
@@ -353,13 +352,7 @@ export function render({ model, el }) {
     whenSized(area, paint),
   ];
   dark.addEventListener("change", paint);
-  return () => {
-    for (const end of ends) end();
-    dark.removeEventListener("change", paint);
-    place.drop();
-    picture.drop();
-    root.remove();
-  };
+  return endOf(root, ...ends, () => dark.removeEventListener("change", paint), place.drop, picture.drop);
 }
 
 export default { render };

@@ -1,8 +1,8 @@
 // The editor of the terms: the chosen variable's curves or consequents, and a line of fields for each term.
-import { button, choices, color, element, offer, put, said, say, watch, whenShown, whenSized } from "./chart.js";
+import { button, choices, color, element, endOf, offer, put, said, say, watch, whenShown, whenSized } from "./chart.js";
 import { hold, numberField, pressing, problemLine, wordField } from "./dragging.js";
 import { membershipChart } from "./curves.js";
-import { degree } from "./membership.js";
+import { degree, lowerDegree } from "./membership.js";
 import { consequentChart, consequent } from "./outputs.js";
 
 // How much of a parameter is dust depends on what it is; a shape has no unit to compare it with.
@@ -235,6 +235,8 @@ export function render({ model, el }) {
   );
   el.append(root);
 
+  const one = ({ lower: [, left, right] }) => left === right;
+
   // A term's line; it stays while the number of terms does, so that a field keeps the focus.
   function row(i) {
     const mine = () => {
@@ -276,6 +278,7 @@ export function render({ model, el }) {
       if (term && chosen?.term !== term.name) select(kind, variable.name, term.name);
     });
     let inside = [],
+      beneath = [],
       form = "";
     const show = (variable, kind, term, current) => {
       const owner = `${kind} ${variable.name} ${term.name}`;
@@ -294,8 +297,10 @@ export function render({ model, el }) {
           : term.type === "constant"
             ? ["value"]
             : [...design.inputs.map((v) => `× ${v.name}`), "+ constant"];
-      if (form !== JSON.stringify([words, term.name])) {
-        form = JSON.stringify([words, term.name]);
+      // Of a type-2 system; one lag stands for both sides as long as they are the same.
+      const feet = !term.lower ? [] : [`lower scale`, ...(one(term) ? ["lag"] : ["left lag", "right lag"])];
+      if (form !== JSON.stringify([words, feet, term.name])) {
+        form = JSON.stringify([words, feet, term.name]);
         inside = words.map((text, k) =>
           numberField(
             `${text} of ${term.name}`,
@@ -313,7 +318,20 @@ export function render({ model, el }) {
             text,
           ),
         );
-        fields.replaceChildren(...inside.map((field) => field.node));
+        beneath = feet.map((text, k) =>
+          numberField(
+            `${text} of ${term.name}`,
+            () => [0, 1],
+            (number, event, field) => {
+              const { variable: own, term: it } = mine(),
+                both = k === 1 && one(it);
+              const lower = it.lower.map((old, n) => (n === k || (both && n === 2) ? number : old));
+              edit("footprint", { variable: own.name, term: it.name, lower }, field, key(event));
+            },
+            text,
+          ),
+        );
+        fields.replaceChildren(...[...inside, ...beneath].map((field) => field.node));
       }
       const wide = variable.high - variable.low;
       const dust = (k) => {
@@ -322,11 +340,14 @@ export function render({ model, el }) {
         return input ? wide / (input.high - input.low || 1) : wide;
       };
       inside.forEach((field, k) => field.show(term.parameters[k], owner, dust(k)));
+      beneath.forEach((field, k) => field.show(term.lower[k], owner));
       const amount = kind === "input" ? degree(term.type, current, term.parameters) : consequent(term, point());
       bar.hidden = kind !== "input";
       bar.parentNode.hidden = term.type === "constant";
       bar.firstChild.style.cssText = `width: ${100 * (kind === "input" ? amount : 0)}%; background: ${color(i)}`;
-      say(value, kind === "input" ? amount.toFixed(2) : said(amount, 4, wide));
+      const least = term.lower && lowerDegree(term, functions[term.type], variable.low, variable.high)(current);
+      const between = least === undefined ? "" : `${least.toFixed(2)}–`;
+      say(value, kind === "input" ? between + amount.toFixed(2) : said(amount, 4, wide));
       value.title = kind === "input" ? "degree at the current value" : "value at the current point";
     };
     return { node, word, show };
@@ -347,7 +368,6 @@ export function render({ model, el }) {
       if (n >= tabs.childElementCount)
         tabs.append(
           element("button", {
-            type: "button",
             class: "fd-tab",
             onclick: () => {
               const [x, y] = variables()[n];
@@ -468,12 +488,7 @@ export function render({ model, el }) {
     }),
   ];
   ends.push(whenShown(root, paint)); // a link may lead here before the tab is shown
-  return () => {
-    for (const end of ends) end();
-    terms.drop();
-    place.drop();
-    root.remove();
-  };
+  return endOf(root, ...ends, terms.drop, place.drop);
 }
 
 export default { render };

@@ -72,7 +72,7 @@ export function render({ model, el }) {
     text = element("p"),
     ask = element("p", { class: "tour-ask" }),
     noticed = element("p", { class: "tour-noticed", role: "status" });
-  const act = (words, onclick) => element("button", { type: "button", onclick }, words);
+  const act = (words, onclick) => element("button", { onclick }, words);
   const there = act("Take me there", () => part()?.focus()),
     back = act("Back", () => show(at - 1)),
     next = act("Next", () => show(at + 1));

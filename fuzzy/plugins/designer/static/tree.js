@@ -1,5 +1,5 @@
 // The system as a tree: inputs, outputs, their terms, the rules, and the choices of inference.
-import { button, choices, color, element, line, offer, put, said, scale, shape, watch } from "./chart.js";
+import { button, choices, color, element, endOf, line, offer, put, said, scale, shape, watch } from "./chart.js";
 import { problemLine, wordField } from "./dragging.js";
 import { degree, places } from "./membership.js";
 
@@ -26,6 +26,11 @@ const VALUE_WORDS = {
   ignore: "as it is",
   clip: "clip to the range",
   sum: "sum",
+  karnikmendel: "Karnik-Mendel",
+  ekm: "enhanced Karnik-Mendel",
+  iasc: "IASC",
+  eiasc: "enhanced IASC",
+  nietan: "Nie-Tan",
 };
 
 const CURVE = [56, 18]; // px of membership functions in small
@@ -296,10 +301,7 @@ export function render({ model, el }) {
     }),
   ];
   paint();
-  return () => {
-    for (const end of ends) end();
-    root.remove();
-  };
+  return endOf(root, ...ends);
 }
 
 export default { render };

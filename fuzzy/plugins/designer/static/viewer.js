@@ -4,6 +4,7 @@ import {
   color,
   cut,
   element,
+  endOf,
   line,
   put,
   quantity,
@@ -206,7 +207,8 @@ export function render({ model, el }) {
         curves.push(shape("line", { x1: column.from, x2: column.to, y1: base, y2: base, class: "fd-base" }));
         const t = variable.terms.findIndex((term) => term.name === clause?.term);
         if (t < 0) {
-          const any = shape("text", { y: base - 11, "text-anchor": "middle", class: "fd-none" }, "any");
+          const why = shape("title", {}, `any ${variable.name}: this rule does not ask for it`),
+            any = shape("text", { y: base - 11, "text-anchor": "middle", class: "fd-none" }, "any", why);
           curves.push(any);
           part.free.push([any, i]);
           return;
@@ -362,13 +364,15 @@ export function render({ model, el }) {
         put(clip, { y: base - height, height });
         return value;
       });
-      const firing = strengthOf(rule, degrees, design().choices),
-        known = byKey.get(rule.key),
+      const known = byKey.get(rule.key),
+        least = known?.least ?? null, // of a type-2 system, of which Python tells both
+        firing = least === null ? strengthOf(rule, degrees, design().choices) : known.firing,
         column = columns[inputs.length],
         wide = Math.max(0, column.x(clamp(firing, 0, 1)) - column.from);
       put(bar, { width: wide, "data-firing": firing });
       put(number, { x: column.from + wide + 5 });
-      say(number, firing > 0 && firing < 0.005 ? "<0.01" : firing.toFixed(2));
+      const figures = [least, firing].filter((value) => value !== null);
+      say(number, figures.map((value) => (value > 0 && value < 0.005 ? "<0.01" : value.toFixed(2))).join("–"));
       for (const { stem, share, text, base, j, term, column: c } of stems) {
         const value =
             known?.proposed?.[j] ??
@@ -389,9 +393,10 @@ export function render({ model, el }) {
     }
     paintFoot(foot, columns, at, design());
     say(words, at?.words ?? "");
+    const between = (v, [low, high]) => ` (${quantity(low, { ...v, unit: "" })} to ${quantity(high, v)})`;
     const answer = outputs.map(
       (v, j) =>
-        `${v.name} = ${at?.output?.[j] === null || at?.output?.[j] === undefined ? "not a number" : quantity(at.output[j], v)}${at && at.fired?.[j] === false ? " (no rule fires)" : ""}`,
+        `${v.name} = ${at?.output?.[j] === null || at?.output?.[j] === undefined ? "not a number" : quantity(at.output[j], v)}${at && at.fired?.[j] === false ? " (no rule fires)" : ""}${at?.interval?.[j] ? between(v, at.interval[j]) : ""}`,
     );
     say(told, answer.join(",  "));
     if (short) say(because, strongest(at));
@@ -425,11 +430,7 @@ export function render({ model, el }) {
       build();
     }),
   ];
-  return () => {
-    for (const end of ends) end();
-    place.drop();
-    root.remove();
-  };
+  return endOf(root, ...ends, place.drop);
 }
 
 export default { render };

@@ -14,7 +14,7 @@ import {
   scale,
   shape,
 } from "../../designer/static/chart.js";
-import { checkBox, field, formStyled, group, panelForm, row } from "../../designer/static/form.js";
+import { acts, checkBox, field, formStyled, group, panelForm, row } from "../../designer/static/form.js";
 
 const PARTS = {
   factors: "scale factors",
@@ -67,9 +67,6 @@ export async function render({ model, el }) {
       spread,
       field("Evaluations", number("Evaluations", "evaluations", { min: 1, step: 1 })),
       field("Seed", number("Seed", "seed", { min: 0, step: 1 })),
-      start,
-      stop,
-      discard,
     ),
   );
   const bar = element("progress", { "aria-label": "Evaluations done", max: 1, value: 0 });
@@ -82,8 +79,7 @@ export async function render({ model, el }) {
     moving,
     priced,
     searching,
-    bar,
-    state,
+    acts([start, stop, discard], bar, state),
     element("div", { class: "pn-views" }, curve),
   );
   el.append(root);

@@ -30,11 +30,7 @@ export function seedStrip({ pick, weigh, open }) {
   const caption = element("p", { class: "se-caption" });
   const bar = element("progress", { max: 1, "aria-label": "Seeds that have been run" });
   const row = element("div", { class: "se-row", role: "group", "aria-label": "Seeds: one is drawn and played" });
-  const asked = element(
-    "button",
-    { type: "button", class: "fd-button se-weigh", onclick: weigh },
-    "What is each rule worth?",
-  );
+  const asked = element("button", { class: "fd-button se-weigh", onclick: weigh }, "What is each rule worth?");
   const worth = element("ol", { class: "se-worth", "aria-label": "What is worse without each rule" });
   const node = element("div", { class: "tr-seeds", hidden: true }, caption, row, bar, asked, worth);
   row.addEventListener("keydown", (event) => {
@@ -81,7 +77,7 @@ export function seedStrip({ pick, weigh, open }) {
   /** A rule, and what is otherwise without it. */
   function valued({ rule, text, told, worse }) {
     const words = `${rule}: ${text}`;
-    const lead = element("button", { type: "button", title: words, onclick: () => open(rule) }, words);
+    const lead = element("button", { title: words, onclick: () => open(rule) }, words);
     return element("li", { class: worse ? "se-worse" : "" }, lead, element("span", {}, `without it: ${told}`));
   }
 
@@ -98,7 +94,6 @@ export function seedStrip({ pick, weigh, open }) {
     return element(
       "button",
       {
-        type: "button",
         class: `se-one se-${each.state}`,
         "data-seed": each.seed,
         "aria-pressed": each.seed === shown ? "true" : "false",

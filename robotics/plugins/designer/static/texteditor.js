@@ -41,8 +41,8 @@ export function textEditor(send) {
     rows: 16,
   });
   const told = element("p", { class: "te-told", role: "status" });
-  const go = element("button", { type: "button", class: "tr-plain", onclick: () => toLine() }, "Go to the line");
-  const button = (text, onclick) => element("button", { type: "button", class: "tr-button", onclick }, text);
+  const go = element("button", { class: "tr-plain", onclick: () => toLine() }, "Go to the line");
+  const button = (text, onclick) => element("button", { class: "tr-button", onclick }, text);
   const save = button("Save", () => {
     name(false);
     write();

@@ -140,7 +140,6 @@ export async function render({ model, el }) {
   const pin = element(
     "button",
     {
-      type: "button",
       class: "tr-pin",
       title: "Later designs are compared with this one",
       onclick: () => send({ do: "pin" }),
@@ -153,7 +152,7 @@ export async function render({ model, el }) {
   const edit = (what) =>
     element(
       "button",
-      { type: "button", class: "tr-button", "aria-label": `Edit the ${what}'s file`, onclick: () => openEditor(what) },
+      { class: "tr-button", "aria-label": `Edit the ${what}'s file`, onclick: () => openEditor(what) },
       "Edit",
     );
   const editRobot = edit("robot");
@@ -194,7 +193,7 @@ export async function render({ model, el }) {
     error = plot();
   const clock = element("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": "Time" });
   const reading = element("output");
-  const start = element("button", { type: "button", class: "tr-button", onclick: () => pass() }, "Play");
+  const start = element("button", { class: "tr-button", onclick: () => pass() }, "Play");
   const pace = choices(
     "Speed",
     SPEEDS.map((n) => [n, `${n}×`]),
@@ -415,7 +414,7 @@ export async function render({ model, el }) {
     kept.hidden = texts.length === 0 || state.asked === true;
     const row = ([what, name]) => {
       const done = () => ((state.asked = true), (kept.hidden = true));
-      const act = (text, onclick) => element("button", { type: "button", class: "tr-button", onclick }, text);
+      const act = (text, onclick) => element("button", { class: "tr-button", onclick }, text);
       return element(
         "p",
         {},

@@ -19,7 +19,15 @@ import {
   scale,
   shape,
 } from "../../../../fuzzy/plugins/designer/static/chart.js";
-import { checkBox, field, formStyled, group, panelForm, row } from "../../../../fuzzy/plugins/designer/static/form.js";
+import {
+  acts,
+  checkBox,
+  field,
+  formStyled,
+  group,
+  panelForm,
+  row,
+} from "../../../../fuzzy/plugins/designer/static/form.js";
 
 const NAMES = [
   "accepted",
@@ -154,11 +162,6 @@ export async function render({ model, el }) {
       whole("Evaluations", "evaluations", 1, accepted.evaluations),
       field("Engine", engine),
       whole("Seed of the search", "seed", 0, 2147483648),
-      start,
-      stop,
-      keep,
-      discard,
-      compare.node,
     ),
   );
   const leftText = element("span");
@@ -211,8 +214,7 @@ export async function render({ model, el }) {
     driven,
     priced,
     searching,
-    bar,
-    state,
+    acts([start, stop, keep, discard, compare.node], bar, state),
     verdict,
     views,
   );

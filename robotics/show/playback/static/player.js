@@ -970,22 +970,19 @@ function mount(model, el, time) {
     seek(when);
     return true;
   }
-  const scrub = (event) => reach(span.time(event.clientX - plot.getBoundingClientRect().left));
-  plot.addEventListener("pointerdown", (event) => {
-    plot.setPointerCapture(event.pointerId);
-    scrub(event);
-  });
-  plot.addEventListener("pointermove", (event) => {
-    if (event.buttons & 1) scrub(event);
-  });
-  const atMark = (event) => reach(strip.time(event.clientX - marks.getBoundingClientRect().left));
-  marks.addEventListener("pointerdown", (event) => {
-    marks.setPointerCapture(event.pointerId);
-    atMark(event);
-  });
-  marks.addEventListener("pointermove", (event) => {
-    if (event.buttons & 1) atMark(event);
-  });
+  for (const [canvas, time] of [
+    [plot, (x) => span.time(x)],
+    [marks, (x) => strip.time(x)],
+  ]) {
+    const scrub = (event) => reach(time(event.clientX - canvas.getBoundingClientRect().left));
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      scrub(event);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (event.buttons & 1) scrub(event);
+    });
+  }
   const hands = model.get("page") ? document : root;
   const onKey = (event) => {
     const on = event.target,

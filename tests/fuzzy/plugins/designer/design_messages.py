@@ -65,7 +65,7 @@ NUMBER = st.sampled_from([0, 1, -1, 0.5, 2, 0.1, 1e-300, 1e99, -1e99, 3.3])
 FIELDS: dict[str, Any] = {
     **dict.fromkeys(("variable", "term", "name", "what"), NAMES | st.text(max_size=3)),
     "count": st.integers(1, 12),
-    "parameters": st.lists(NUMBER, max_size=5),
+    **dict.fromkeys(("parameters", "lower"), st.lists(NUMBER, max_size=5)),
     "type": st.sampled_from([*MATLAB_NAMES, "constant", "linear"]),
     "kind": st.sampled_from(["input", "output"]),
     **dict.fromkeys(("low", "high", "weight", "power"), NUMBER),
@@ -103,6 +103,7 @@ NEEDS = {
     "choice": "name value",
     "rename": "name",
     "loop": "text what",
+    "footprint": "variable term lower",
     "rule_text": "key text",
     "add_rule": "after",
     "copy_rule": "key",

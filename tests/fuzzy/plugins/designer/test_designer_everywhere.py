@@ -87,6 +87,10 @@ def look_through(browser: Any, address: str, screen: tuple[int, int], tabs: bool
         page.evaluate(_AT_REST, QUIET)
         wide = page.evaluate("document.documentElement.scrollWidth")
         wrong += [f"{name}: the page is {wide} px wide on {width}"] if wide > width else []
+        if width >= 900 and (start := page.locator(".pn-acts .pn-main:visible")).count():
+            box = start.bounding_box()
+            below = box["y"] + box["height"] - height
+            wrong += [f"{name}: {start.inner_text()} is {below:.0f} px below the edge"] if below > 0 else []
         wrong += [f"{name}: {sentence}" for sentence in grave(page, ASIDE if coloured else SHAPES)]
         if coloured:
             page.emulate_media(color_scheme="dark")

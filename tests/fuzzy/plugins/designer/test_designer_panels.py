@@ -1,5 +1,6 @@
 """The panels, the notebook's widgets and the formulas, each alone on a page: their traits are the test's."""
 
+import contextlib
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
@@ -60,6 +61,29 @@ def test_formulas_equal_pythons(bench: ModulePage) -> None:
         with np.errstate(all="ignore"):
             wanted = membership_function(name, p)(np.array(x))
         np.testing.assert_allclose([float(v) for v in got], wanted, rtol=1e-9, atol=1e-12, err_msg=f"{name} {p}")
+
+
+def test_lower_functions_equal_pythons(bench: ModulePage) -> None:
+    rng, asked, wanted = np.random.default_rng(8), [], []
+    for name, p in cases(rng)[::5]:
+        own = fuzzy.Lower(rng.uniform(0.1, 1), (lag := rng.uniform(0, 0.9), lag if rng.random() < 0.5 else 0.3))
+        x = fuzzy.Variable("x", (-2, 2), {"t": membership_function(name, p)})
+        y = fuzzy.Variable("y", (0, 1), {"c": 1})
+        fis = fuzzy.Sugeno([x], [y], ["if x is t then y is c"], out_of_range="ignore")
+        at = np.sort(rng.uniform(-3, 3, 20))
+        with contextlib.suppress(fuzzy.InputError), np.errstate(all="ignore"):  # two lags where no degree is 1
+            wanted.append(fuzzy.Type2Sugeno(fis, {"x": {"t": own}}).degrees("x", "t", at)[0])
+            asked.append([{"type": name, "parameters": p, "lower": [own.scale, *own.lag]}, at.tolist()])
+    script = """async ([functions, cases]) => {
+      const { lowerDegree } = await import("./fuzzy/plugins/designer/static/membership.js");
+      return cases.map(([term, xs]) => xs.map(lowerDegree(term, functions[term.type], -2, 2)));
+    }"""
+    theirs = bench.page.evaluate(script, [functions_data(), asked])
+    assert sum(len(set(term["lower"])) == 3 for term, _ in asked) > 20
+    for (term, _), got, known in zip(asked, theirs, wanted, strict=True):
+        np.testing.assert_allclose(
+            [np.nan if v is None else v for v in got], known, rtol=1e-9, atol=1e-12, err_msg=term
+        )
 
 
 def test_handles_keep_the_order_and_stand_on_the_curve(bench: ModulePage) -> None:

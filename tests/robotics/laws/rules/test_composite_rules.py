@@ -80,6 +80,8 @@ def test_what_takes_plain_rule_bases_only_says_so(tmp_path):
     with pytest.raises(fuzzy.errors.InputError, match="tree or of type-2"):
         check_written(law, "mine")
     assert not any("bend" in p.name for p in LawSpace(law, ["gains"]).parameters)
+    with pytest.raises(ControllerError, match="not taken apart"):
+        law.with_fuzzy_system("own", PLAIN)
     run = simulate(CIRCLE, law, [1])
     told = str(explain_decision(run, 1, 2.0))
     assert "if " not in told
@@ -99,3 +101,26 @@ def test_the_command_takes_a_folder(tmp_path, monkeypatch, capsys):
     tree, plain = (json.loads(line)["metrics"] for line in capsys.readouterr().out.splitlines())
     wanted = {k: v[0] for k, v in plain.items()}  # which rounding comes to, by the ticks of encoders
     assert {k: v[0] for k, v in tree.items()} == pytest.approx(wanted, rel=0.02, nan_ok=True)
+
+
+@pytest.mark.parametrize("kind", ["tree", "type2"])
+def test_it_is_tuned_through_the_loop(tmp_path, monkeypatch, capsys, kind):
+    monkeypatch.chdir(tmp_path)
+    if kind == "tree":
+        fuzzy.write_tree(fuzzy.Tree({"along": part("dv"), "across": part("bend")}), "start")
+    else:
+        fuzzy.write_type2(fuzzy.to_type2(PLAIN, 0.1, 0.9), "start")
+    law = "fuzzy-correcting:rule_base=start"
+    asked = ["tune", law, "lyapunov-circle", "--seeds", "1", "--check-seeds", "0", "--json", "-o", "tuned"]
+    assert main([*asked, "--evaluations", "12"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["after"] < told["before"]
+    about = json.loads((tmp_path / "tuned" / "result.json").read_text())
+    moved = set(about["parameters"])
+    assert any(name.startswith("across/") if kind == "tree" else name.endswith(".scale") for name in moved)
+    # What was written drives as what was found, and costs what was said
+    space = LawSpace(robotics.make_controller(law))
+    best = space.made([about["parameters"].get(p.name, p.start) for p in space.parameters])
+    runs = [simulate(CIRCLE, each, [1]) for each in (best, about["specification"].replace("own", "tuned/own"), law)]
+    np.testing.assert_allclose(runs[1]["x"], runs[0]["x"], atol=1e-6)
+    assert np.abs(runs[2]["x"] - runs[0]["x"]).max() > 1e-4

@@ -1,0 +1,57 @@
+"""What a search may move of a tree: that of each of its systems."""
+
+import warnings
+from collections.abc import Collection
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from fuzzy.tuning.parameter import SearchParameter
+from fuzzy.tuning.systemspace import MOVED, SystemSpace, reach_of
+
+
+@dataclass(frozen=True, eq=False)
+class TreeSpace:
+    """A tree and what may move of each of its systems, in the tree's order; universes and connections stay."""
+
+    fis: Any  # a Tree
+    move: Collection[str]
+    spaces: tuple[SystemSpace, ...]
+
+    @property
+    def parameters(self) -> tuple[SearchParameter, ...]:
+        """What may move, called "system/parameter"."""
+        return tuple(chain.from_iterable(space.parameters for space in self.spaces))
+
+    def made(self, values: np.ndarray) -> Any:
+        """The tree that ``values`` (parameters,) make."""
+        ends = np.cumsum([len(space.parameters) for space in self.spaces])
+        rows = np.split(np.asarray(values), ends[:-1])
+        made = [space.made(row) for space, row in zip(self.spaces, rows, strict=True)]
+        return self.fis.with_systems(dict(zip(self.fis.order, made, strict=True)))
+
+    def unreached(self, x: np.ndarray) -> tuple[str, ...]:
+        """The names of the parameters of which the tree's inputs ``x`` (points, inputs) say too little."""
+        with warnings.catch_warnings(action="ignore"):  # of points outside the universe
+            values = self.fis.values(x)
+        asked = (np.stack([values[k] for k in wires], axis=-1) for wires in self.fis.wires)
+        return tuple(chain.from_iterable(s.unreached(points) for s, points in zip(self.spaces, asked, strict=True)))
+
+
+def tree_space(
+    fis: Any, move: Collection[str] | None, symmetric: bool, data: tuple[np.ndarray, np.ndarray] | None
+) -> TreeSpace:
+    """What may move of a tree; see :meth:`Tree.search_space`."""
+    spaces = []
+    values, spread = (fis.values(data[0]), np.ptp(data[1], axis=0)) if data else (None, [])
+    known = dict(zip(fis.answers or (), spread, strict=True)) if data else dict.fromkeys(fis.answers or ())
+    for name, wires in zip(fis.order, fis.wires, strict=True):
+        part, reach = fis.systems[name], None
+        if values is not None:
+            spans = [known.get(f"{name}/{v.name}", v.universe[1] - v.universe[0]) for v in part.outputs]
+            reach = reach_of(part, np.stack([values[k] for k in wires], axis=-1), np.array(spans))
+        taken = [v.name for v in part.outputs if f"{name}/{v.name}" not in known]  # by other systems' universes
+        spaces.append(SystemSpace(part, move or MOVED, symmetric, f"{name}/", reach, taken))
+    return TreeSpace(fis, move or MOVED, tuple(spaces))
