@@ -6,7 +6,7 @@ A robot wants to drive to a point of its path ahead, in a direction near it in w
     v = clip(clip(u_x) + m_v a),   ω = clip(clip(u_y / point) + m_ω b),   (a, b) = clip(net(o))
 
 with v from 0 to ``fastest``, |ω| up to ``quickest``, and the observation o of :func:`observe_team`: u, how it moves,
-what was added last, the nearest thing seen in each of SECTORS directions, and of the NEAREST robots that are heard
+what was added last, the nearest thing seen in each of SECTORS directions, and of the nearest robots that are heard
 where they are, how fast they come nearer and pass, and who counts first. It never backs: hardly a robot sees what is
 behind it. How it is learnt tells :mod:`robotics.plugins.teampolicy.learning`.
 
@@ -42,16 +42,16 @@ from robotics.plugins.reinforcement.policyfile import Policy, PolicyColumns, loa
 from robotics.world.radio.channel import predicted
 
 SECTORS = 12  # directions around the robot, of each of which the nearest thing seen counts
-NEAREST = 3  # robots that are heard
+NEAREST_ROBOTS = 3  # robots that are heard
 _HEARD = ("cos", "sin", "near", "far", "closing", "crossing", "age", "first")
-INPUTS = (
+TEAM_INPUTS = (
     *("wanted_ahead", "wanted_left", "path_cos", "path_sin", "v", "w", "behind", "remaining"),
     *("last_v", "last_w", "radius"),
     *(f"seen_{n + 1}" for n in range(SECTORS)),
-    *(f"robot{n + 1}_{name}" for n in range(NEAREST) for name in _HEARD),
+    *(f"robot{n + 1}_{name}" for n in range(NEAREST_ROBOTS) for name in _HEARD),
 )
-_SEEN_FROM = INPUTS.index("seen_1")
-_HEARD_FROM, _OF_ONE, ALL = _SEEN_FROM + SECTORS, len(_HEARD), len(INPUTS)
+_SEEN_FROM = TEAM_INPUTS.index("seen_1")
+_HEARD_FROM, _OF_ONE, ALL = _SEEN_FROM + SECTORS, len(_HEARD), len(TEAM_INPUTS)
 _FAR = 2.0  # m and s: more behind, farther from the end or older counts no more
 _QUICK = 2.0  # rad/s
 _OWN = "ppo-team"
@@ -75,7 +75,7 @@ def look(robot, gain, memory, command, known, i, table, points):  # type: ignore
 
 @compiled_only
 def observe_team(robot, gain, memory, command, known, i, table, speed, course, path, count, points, seen):  # type: ignore[no-untyped-def]
-    """Write what the network observes into ``seen``: INPUTS, all of them about -1 to 1.
+    """Write what the network observes into ``seen``: TEAM_INPUTS, all of them about -1 to 1.
 
     Args:
         robot, gain, memory, command, known, i, table: As an equation has them.
@@ -99,7 +99,7 @@ def observe_team(robot, gain, memory, command, known, i, table, speed, course, p
         place = _SEEN_FROM + int((math.atan2(y, x) / math.pi + 1) / 2 * SECTORS) % SECTORS
         seen[place] = max(seen[place], 1 - max(math.hypot(x, y) - radius, 0.0) / gain.near)
     before = -1.0
-    for n in range(NEAREST):
+    for n in range(NEAREST_ROBOTS):
         nearest, who, ahead, left = gain.sight, -1, 0.0, 0.0
         for j in range(robots):
             heard = OrcaHeard(known.heard, i, j)
@@ -176,9 +176,9 @@ class TeamPolicy(AlongPath):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.network.inputs != INPUTS:
+        if self.network.inputs != TEAM_INPUTS:
             raise ControllerError(
-                f"the policy {self.name} was not learnt for teams: its inputs must be {', '.join(INPUTS)}"  # type: ignore[misc]
+                f"the policy {self.name} was not learnt for teams: its inputs must be {', '.join(TEAM_INPUTS)}"  # type: ignore[misc]
             )
 
     name, learnt_how, rule_rows = NeuralPolicy.name, NeuralPolicy.learnt_how, NeuralPolicy.rule_rows

@@ -34,7 +34,7 @@ from robotics.plugins.stress.tally import Tally
 from robotics.plugins.tasks.families import TaskFamily, TaskScenario
 from robotics.plugins.teampolicy.law import (
     ALL,
-    INPUTS,
+    TEAM_INPUTS,
     TeamPolicy,
     drive_answer,
     look,
@@ -298,7 +298,7 @@ class Networks:
         self.improving = torch.optim.Adam(self.weights)
 
     def _network(self, outputs: int) -> Any:
-        nn, sizes = self.torch.nn, (len(INPUTS), self.about.units, self.about.units, outputs)
+        nn, sizes = self.torch.nn, (len(TEAM_INPUTS), self.about.units, self.about.units, outputs)
         layers = [nn.Linear(a, b) for a, b in pairwise(sizes)]
         with self.torch.no_grad():
             layers[-1].weight *= 0.01  # it begins by adding next to nothing
@@ -309,7 +309,7 @@ class Networks:
         """The policy as it is; ``told`` is how it was learnt."""
         parts = [p.detach().double().numpy().copy() for p in self.actor.parameters()]
         layers = tuple(zip(parts[::2], parts[1::2], strict=True))
-        return Policy("velocity", INPUTS, np.zeros(ALL), np.ones(ALL), 10.0, layers, _MOST, told)
+        return Policy("velocity", TEAM_INPUTS, np.zeros(ALL), np.ones(ALL), 10.0, layers, _MOST, told)
 
     def _joined(self, parts: Sequence[np.ndarray]) -> Any:
         return self.torch.from_numpy(np.concatenate(parts)).float()

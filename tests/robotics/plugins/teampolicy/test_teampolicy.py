@@ -10,7 +10,7 @@ from robotics.plugins.reactive.orca import Orca
 from robotics.plugins.reinforcement.policyfile import Policy
 from robotics.plugins.tasks.driving import run_row
 from robotics.plugins.tasks.families import TaskFamily
-from robotics.plugins.teampolicy.law import ALL, INPUTS, SECTORS, TeamPolicy
+from robotics.plugins.teampolicy.law import ALL, SECTORS, TEAM_INPUTS, TeamPolicy
 from robotics.plugins.teampolicy.learning import (
     Driven,
     Networks,
@@ -30,7 +30,7 @@ CROSSING = TaskFamily(task="crossing", fewest=3, most=3)
 
 def plain(sizes=(6,), seed=0):
     """A random policy for teams, whose inputs are taken as they are."""
-    one = drawn(sizes, seed, (0.4, 2.0), INPUTS)
+    one = drawn(sizes, seed, (0.4, 2.0), TEAM_INPUTS)
     return replace(one, offset=np.zeros(ALL), scale=np.ones(ALL), clip=10.0)
 
 
@@ -85,7 +85,7 @@ def test_its_teacher_is_orca_as_long_as_that_does_not_back():
 
 def test_it_observes_where_others_are_and_who_counts_first():
     """Without loss, latency and noise the nearest that is heard is where the truth has it, in the robot's frame."""
-    law, told = Pupil(policy=plain()), INPUTS.index("robot1_cos")
+    law, told = Pupil(policy=plain()), TEAM_INPUTS.index("robot1_cos")
     seen = 0
     for notes, _, now in moments(law, CROSSING, periods=400):
         places, turned = now.x + 1j * now.y, np.exp(-1j * now.heading)
@@ -96,7 +96,7 @@ def test_it_observes_where_others_are_and_who_counts_first():
             nearest = int(np.argmin(apart))
             if first != 0 and apart[nearest] > 0.35 and np.sort(apart)[1] - apart[nearest] > 0.1:
                 seen += 1
-                distance = law.sight * (1 - far) + 2 * notes[INPUTS.index("radius"), robot]
+                distance = law.sight * (1 - far) + 2 * notes[TEAM_INPUTS.index("radius"), robot]
                 assert abs(distance * (cos + 1j * sin) - (places[nearest] - places[robot]) * turned[robot]) < 0.08
                 assert first == (1.0 if nearest < robot else -1.0)
     assert seen > 100
@@ -104,7 +104,7 @@ def test_it_observes_where_others_are_and_who_counts_first():
 
 def test_things_are_seen_in_the_sector_in_which_they_are():
     """A lone way into a trap: of what stands ahead nothing is told behind the robot."""
-    ahead, first, most = SECTORS // 2, INPUTS.index("seen_1"), np.zeros(SECTORS)
+    ahead, first, most = SECTORS // 2, TEAM_INPUTS.index("seen_1"), np.zeros(SECTORS)
     for notes, _, _ in moments(Pupil(policy=plain()), TaskFamily(task="trap", fewest=2, most=2), periods=700):
         most = np.maximum(most, notes[first : first + SECTORS].max(axis=1))
     assert max(most[ahead], most[ahead - 1]) > 0.3
