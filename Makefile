@@ -33,7 +33,7 @@ $(VENV)/.runtime: pyproject.toml constraints.txt
 
 # By two processes, where tests and commands would compile by one; what changes later is compiled when it runs.
 $(VENV)/.kernels: | $(VENV)/.runtime
-	@echo "compiling the kernels of every day, once: see $(VENV)/kernels.log"
+	@echo "compiling the kernels of every day, once, for some minutes: tail $(VENV)/kernels.log tells how far"
 	@$(BIN)/python -m kernels --here > $(VENV)/kernels.log 2>&1 || true
 	@touch $@
 

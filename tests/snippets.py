@@ -14,9 +14,19 @@ _CELL = re.compile(r"^```\{code-cell\} python\n(?:---\n.*?\n---\n|(?:^:[^\n]*\n)
 _SHELL = re.compile(r"[|&<>;()]+|.*[$*].*")  # words that only a shell understands
 
 
-def snippets(page: Path) -> list[tuple[str, str]]:
-    """The kind and the text of each fenced block of a Markdown page, in its order."""
-    return [(m[1], m[2]) for m in re.finditer(r"```(\w+)\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)]
+def snippets(page: Path, *, changed: bool | None = None) -> list[tuple[str, str]]:
+    """The kind and the text of each fenced block of a Markdown page, in its order.
+
+    Args:
+        page: The page.
+        changed: True for those below its heading "Now change it" alone, False for all but them, None for all.
+    """
+    text = page.read_text(encoding="utf-8")
+    if changed is not None:
+        section = re.search(r"^## Now change it\n.*?(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
+        found = section[0] if section else ""
+        text = found if changed else text.replace(found, "")
+    return [(m[1], m[2]) for m in re.finditer(r"```(\w+)\n(.*?)```", text, re.DOTALL)]
 
 
 def cells(page: Path) -> list[str]:

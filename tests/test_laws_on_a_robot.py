@@ -25,7 +25,7 @@ def test_every_snippet_of_the_page_runs(tmp_path, monkeypatch, capsys):
         pytest.skip(str(error))
     monkeypatch.chdir(tmp_path)
     kinds = []
-    for kind, text in snippets(DOCS / "howto" / "laws-on-a-robot.md"):
+    for kind, text in snippets(DOCS / "howto" / "laws-on-a-robot.md", changed=False):
         kinds.append(kind)
         if kind == "sh":
             run_commands(text)

@@ -15,7 +15,7 @@ DOCS = Path(__file__).parent.parent / "docs"
 def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     kinds, said = [], ""
-    for kind, text in snippets(DOCS / "howto" / "logs.md"):
+    for kind, text in snippets(DOCS / "howto" / "logs.md", changed=False):
         kinds.append(kind)
         if kind == "sh":
             run_commands(text)

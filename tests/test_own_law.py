@@ -17,7 +17,7 @@ from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario
 from tests.snippets import run_commands, run_python, snippets
 
-SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "howto" / "own-law.md")
+SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "howto" / "own-law.md", changed=False)
 SHORT = """
 duration = 1.0
 [[robots]]

@@ -1,6 +1,7 @@
 """The page docs/howto/own-question.md, executed: a function, a study's file, the command line, the picture."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -8,9 +9,9 @@ import pandas as pd
 import pytest
 
 from robotics.commands.application import main
-from tests.snippets import snippets
+from tests.snippets import run_python, snippets
 
-PYTHON, STUDY, COMMANDS = (
+PYTHON, STUDY, COMMANDS, CHANGED = (
     text for _, text in snippets(Path(__file__).parents[1] / "docs" / "howto" / "own-question.md")
 )
 
@@ -36,6 +37,12 @@ def test_the_page_answers_its_question(tmp_path, monkeypatch, capsys):
     who = "obstacles" if share == 1 else "no law"
     said = f"10 cm are kept on 95 % of courses by {who}; obstacles on {100 * share:.0f} %."
     assert answer["sentence"] == said
+
+    monkeypatch.syspath_prepend(tmp_path)
+    run_python(CHANGED, "own-question.md")
+    sys.modules.pop("clearance")
+    share = (table.groupby("point")["min_clearance_m"].min() >= 0.15).mean()
+    assert f"15 cm are kept on 95 % of courses by no law; obstacles on {100 * share:.0f} %." in capsys.readouterr().out
 
 
 def test_it_goes_with_a_study_without_axes_and_of_several_scenarios():

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 import shapely
 
+import fuzzy
+from robotics.plugins.designer.driving import drives
 from tests.snippets import run_commands, run_python, snippets
 
 ROOT = Path(__file__).parent.parent
@@ -48,6 +50,7 @@ def test_the_snippets_of_the_readme_run_in_order(tmp_path, monkeypatch, capsys):
     _run("README.md", tmp_path)
     for name in ("surface.png", "go.fis", "formation.png", "comparison/figures/lyapunov-sine-paths.png"):
         assert (tmp_path / name).stat().st_size > 200, name
+    assert not drives(fuzzy.read_fis("go.fis"))  # the designer shows the README's first design as a function
     assert "Traceback" not in capsys.readouterr().err
 
 
@@ -82,8 +85,6 @@ def test_snippets_of_the_page_with_everything_run_in_order(tmp_path, monkeypatch
     unseen = [line for line in output.splitlines() if "unseen seeds of unseen scenarios" in line]
     assert len(unseen) == 2
     assert all(re.search(r"after; \d+ % less, 95 % interval", line) for line in unseen)
-    import fuzzy
-
     go = fuzzy.read_fis(folder / "go.fis")  # its hedge is our own: no warning
     # near and far are 0 and 1 at 1 m; ahead is exp(-0.02); by hand
     ahead, left = 0.9801986733067553, (2 * (0.1 / 1.5) ** 2) ** 2

@@ -357,7 +357,10 @@ def _kept(fis: "Sugeno", file: Path) -> dict[str, Any]:
     from fuzzy.plugins.loop.keptloop import kept_settings
 
     if not fis.loop:
-        usage(f"--plant is missing, and {file} keeps no loop: the designer's tab Step response writes one into it")
+        usage(
+            f"--plant is missing, such as --plant '1; 1 1 0', and {file} keeps no loop: the designer's "
+            "tab Step response writes one into it"
+        )
     kept = kept_settings(fis.loop)
     if (source := kept["source"]).endswith(".py"):
         usage(f"the plant that {file} names is {source}, a Python file: --plant {source} runs it")

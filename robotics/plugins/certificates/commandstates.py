@@ -1,7 +1,7 @@
 """The certificate of a law behind a low-pass, whose V is also of the commands on their way to the wheels.
 
 Candidates for V come from a semidefinite program about the loop linearised near the path [Boyd et al. 1994]; what they
-are worth says the checker (:mod:`robotics.plugins.certificates.statechecker`) alone, which is the whole proof.
+are worth says the proof alone (:mod:`robotics.plugins.certificates.statedecrease`).
 """
 
 import itertools
@@ -20,7 +20,8 @@ from robotics.plugins.certificates.loopcolumns import LoopColumns
 from robotics.plugins.certificates.loopmodel import ClosedLoop
 from robotics.plugins.certificates.regions import LoopCertificate, SearchEffort, cells_of, certify_loop, where
 from robotics.plugins.certificates.starts import asked
-from robotics.plugins.certificates.statechecker import FALL_SLACK, StateLoop, check_cell
+from robotics.plugins.certificates.statechecker import FALL_SLACK
+from robotics.plugins.certificates.statedecrease import StateLoop, check_cell
 from robotics.plugins.certificates.wheels import WINDOW, Drives
 
 _FALLS = (0.955, 0.965, 0.975)  # of √V in a period, of candidates

@@ -1,342 +1,443 @@
 """Check a certificate whose states are the commands on their way, too, from its file alone.
 
-docs/explanation/certificate.md has the theorem. The states ζ are X, Y, ψ and what the wheels were told at the samples
-before, so that the loop is linear but for four signals: what the law asks for, and what the kinematics adds in a
-period. Of all ζ with one posture V(k+1) − λ² V(k) is at most a form in the posture and these signals (a Schur
-complement), so boxes are split over the posture and the reference alone. Over a box a signal is a linear function and
-a rest that is bounded (affine arithmetic [de Figueiredo & Stolfi 2004]); what is linear costs nothing.
+Nothing here is the prover's (:mod:`robotics.plugins.certificates.statedecrease`). docs/explanation/certificate.md has
+the theorem. Matrices and constants are computed in fractions, exactly: which form is left of V when all ζ with one
+posture are considered (a Schur complement), and by how much the wheels may change √V. What the law asks for and what
+the kinematics adds is enclosed over boxes of posture, speed and curvature in slope arithmetic
+[Krawczyk & Neumaier 1985], with balls (a middle and a radius that holds all rounding): f(x) = f(c) + Σ s_j (x_j − c_j)
+for some s_j of known balls. A rule's firing has slopes, too, by the derivative of its membership functions.
 """
 
 # mypy: disable-error-code="no-untyped-def"
-import math
+import itertools
+from fractions import Fraction
+from functools import partial
 
 import numpy as np
 
-from robotics.plugins.certificates.checker import LIBRARY, Boxes, RefutedError, fired, mean, up
+from robotics.plugins.certificates.checker import RefutedError
 
 STATES_FORMAT = "fuzzyfleet loop certificate of states 1"
-_BOXES, _PIECE, AFFINE_SYMBOLS = 300_000, 4096, 5  # boxes at most; how many at once; X, Y, ψ, v_r and the curvature
-FALL_SLACK, _ROUND, _LEAST = 1e-4, 2e-15, 1e-6  # the first: what √V may exceed where it is above ``inner``
-_STEADY = "v_rate", "w_rate", "position_noise", "heading_noise"
-_EXACT = 1e-12  # relative: more than entries of the loop's matrices are off
+FALL_SLACK = 1e-4  # σ: what is claimed of √V is a fall by ``fall`` and this
+_BOXES, _PIECE, _LEAST, _SYMBOLS = 300_000, 4096, 1e-6, 5  # boxes at most; how many at once; parts of the whole
+_UNIT, _TINY = 4e-16, 1e-300  # more than one rounding, relative and absolute
+_FUNCTION = 2e-15  # the same of cos and sin
+_DEGREE, _DERIVATIVE = 2e-12, 1e-9  # relative: more than a degree of membership is off, and than its derivative
 
 
-class Affine:
-    """Functions middle + Σ slope_j ε_j ± rest over boxes, |ε| <= 1: (n,), (5, n), (n,)."""
+# Balls, and functions over boxes as a ball in the middle and balls for slopes -------------------------------------
 
-    def __init__(self, middle, slope=0.0, rest=0.0):
-        self.middle = np.atleast_1d(middle)
-        self.slope = slope + np.zeros((AFFINE_SYMBOLS, *[1] * self.middle.ndim))
-        self.rest = rest + _ROUND * (np.abs(self.middle) + np.abs(self.slope).sum(0)) + 1e-300
+
+class MidRad:
+    """Numbers within ``radius`` of ``middle`` (..., n)."""
+
+    __array_ufunc__ = None  # a number of NumPy leaves its product to the ball
+
+    def __init__(self, middle, radius=0.0):
+        self.middle, self.radius = np.broadcast_arrays(np.asarray(middle, float), radius)
+
+    def __add__(self, other):
+        other = midrad(other)
+        middle = self.middle + other.middle
+        return MidRad(middle, (self.radius + other.radius) * (1 + _UNIT) + _UNIT * np.abs(middle) + _TINY)
+
+    def __mul__(self, other):
+        other = midrad(other)
+        middle, far = self.middle * other.middle, np.abs(other.middle) + other.radius
+        radius = np.abs(self.middle) * other.radius + self.radius * far
+        return MidRad(middle, radius * (1 + 4 * _UNIT) + _UNIT * np.abs(middle) + _TINY)
+
+    def __neg__(self):
+        return MidRad(-self.middle, self.radius)
+
+    def __sub__(self, other):
+        return self + -midrad(other)
 
     @property
-    def radius(self):
-        """How far it is from the middle at most."""
-        return (np.abs(self.slope).sum(0) + self.rest) * (1 + _ROUND)
+    def ends(self):
+        """Numbers that are not above, and not below, any of it."""
+        size = self.radius * (1 + _UNIT) + _UNIT * np.abs(self.middle) + _TINY
+        return self.middle - size, self.middle + size
 
     @property
     def size(self):
         """|x| at most."""
-        return np.abs(self.middle) + self.radius
+        return (np.abs(self.middle) + self.radius) * (1 + 2 * _UNIT)
 
-    @property
-    def range(self):
-        """An interval that holds it."""
-        return Boxes(self.middle - self.radius, self.middle + self.radius)
+
+def midrad(x):
+    """A number as a ball."""
+    return x if isinstance(x, MidRad) else MidRad(x)
+
+
+def between(low, high):
+    """The ball of an interval."""
+    middle = (low + high) / 2
+    return MidRad(middle, (high - low) / 2 * (1 + _UNIT) + _UNIT * np.abs(middle) + _TINY)
+
+
+class Slopes:
+    """f = at + Σ slope_j ε_j over boxes, |ε| <= 1: balls (n,) and (5, n), each of which may be another at each ε."""
+
+    def __init__(self, at, slope=None):
+        self.at, self.slope = at, MidRad(np.zeros((_SYMBOLS, *at.middle.shape))) if slope is None else slope
+        radius = at.radius + (np.abs(self.slope.middle) + self.slope.radius).sum(axis=0)
+        self.range = MidRad(at.middle, radius * (1 + 8 * _UNIT))  # f over the box
 
     def __add__(self, other):
-        other = affine(other)
-        return Affine(self.middle + other.middle, self.slope + other.slope, self.rest + other.rest)
-
-    def __neg__(self):
-        return Affine(-self.middle, -self.slope, self.rest)
-
-    def __sub__(self, other):
-        return self + -affine(other)
-
-    def __rsub__(self, other):
-        return affine(other) + -self
+        return Slopes(self.at + other.at, self.slope + other.slope) if isinstance(other, Slopes) else self + some(other)
 
     def __mul__(self, other):
-        other = affine(other)
-        rest = np.abs(self.middle) * other.rest + np.abs(other.middle) * self.rest + self.radius * other.radius
-        return Affine(self.middle * other.middle, self.middle * other.slope + other.middle * self.slope, rest)
+        if not isinstance(other, Slopes):
+            return Slopes(self.at * other, self.slope * other)
+        return Slopes(self.at * other.at, self.range * other.slope + other.at * self.slope)
+
+    def __neg__(self):
+        return Slopes(-self.at, -self.slope)
+
+    def __sub__(self, other):
+        return self + -other
+
+    def __rsub__(self, other):
+        return other + -self
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def cos(self):
-        """The cosine, by Taylor."""
-        cos, sin = np.cos(self.middle), np.sin(self.middle)
-        return Affine(cos, -sin * self.slope, np.abs(sin) * self.rest + self.radius**2 / 2 + LIBRARY)
-
-    def sin(self):
-        """The sine."""
-        cos, sin = np.cos(self.middle), np.sin(self.middle)
-        return Affine(sin, cos * self.slope, np.abs(cos) * self.rest + self.radius**2 / 2 + LIBRARY)
+    def cos_sin(self):
+        """The cosine and the sine."""
+        (cos, sin), at, over = (np.cos, np.sin), self.at, self.range
+        at = [MidRad(f(at.middle), at.radius + _FUNCTION) for f in (cos, sin)]
+        over = [MidRad(f(over.middle), over.radius + _FUNCTION) for f in (cos, sin)]
+        return Slopes(at[0], -over[1] * self.slope), Slopes(at[1], over[0] * self.slope)
 
 
-def affine(x):
-    """A number, or an interval, as such a function."""
-    if isinstance(x, Boxes):
-        return Affine((x.low + x.high) / 2, 0.0, up((x.high - x.low) / 2) + _ROUND * x.size)
-    return x if isinstance(x, Affine) else Affine(np.asarray(x, float))
+def some(x):
+    """A number, or any of a ball, as such a function."""
+    return Slopes(midrad(x) + np.zeros(1))
 
 
-def about(by):
-    """−by to by."""
-    return Affine(0.0 * by, 0.0, by)
+def least(f, g):
+    """The minimum: as steep as one of both, or as a mean of their slopes."""
+    first, second = f.range.ends[1] <= g.range.ends[0], g.range.ends[1] <= f.range.ends[0]
+
+    def either(x, y):  # the ends of both, or twice those of the one that is the less
+        return [(np.where(second, b, a), np.where(first, a, b)) for a, b in zip(x.ends, y.ends, strict=True)]
+
+    (low, high), slopes = either(f.at, g.at), either(f.slope, g.slope)
+    return Slopes(between(np.minimum(*low), np.minimum(*high)), between(np.minimum(*slopes[0]), np.maximum(*slopes[1])))
 
 
-def chosen(where, x, other):
-    """The first where that is so, else the second."""
-    return Affine(*(np.where(where, a, b) for a, b in zip(parts(x), parts(other), strict=True)))
+# The rule base: a membership is a product of parts, each of which rises with z = rate (x − centre), most steeply at
+# one place. The functions give the degree and its derivative, or None where that has no bound ---------------------
 
 
-def parts(x):
-    """What an Affine is made of."""
-    return x.middle, x.slope, x.rest
+def step(z):
+    """0 below 0, else 1."""
+    return 1.0 * (z >= 0), None
+
+
+def ramp(z):
+    """0 up to 0, 1 from 1 on."""
+    return np.clip(z, 0, 1), 1.0 * ((z > 0) & (z < 1))
+
+
+def spline(z):
+    """The same, smoothly."""
+    z = np.clip(z, 0, 1)
+    return np.where(z < 0.5, 2 * z**2, 1 - 2 * (1 - z) ** 2), 4 * np.minimum(z, 1 - z)
+
+
+def gauss(z):
+    """Half a Gaussian: 1 for z >= 0."""
+    z = np.minimum(z, 0)
+    value = np.exp(np.maximum(-(z**2) / 2, -700))
+    return value, -z * value
+
+
+def sigmoid(z):
+    """1 / (1 + exp(−z))."""
+    tail = np.exp(-np.minimum(np.abs(z), 700))
+    return np.where(z < 0, tail, 1) / (1 + tail), tail / (1 + tail) ** 2
+
+
+def bell(z, b):
+    """Half a bell: 1 for z >= 0."""
+    z = np.maximum(np.minimum(z, 0), -(1e300 ** (1 / (2 * b))))
+    value = 1 / (1 + np.abs(z) ** (2 * b))
+    return value, 2 * b * np.abs(z) ** (2 * b - 1) * value**2 if b > 0.6 else None
+
+
+def power(p, k):
+    """A hedged degree."""
+    p = np.maximum(p, 0)
+    return p**k, k * p ** (k - 1) if k >= 1 else None
+
+
+_RISE, _BOTH = [(0, 1)], [(0, 1), (3, 2)]  # where a part is 0, and where it is 1
+_RAMPS = {"linsmf": _RISE, "linzmf": [(1, 0)], "trimf": [(0, 1), (2, 1)], "trapmf": _BOTH}
+_EDGES = _RAMPS | {"smf": _RISE, "zmf": [(1, 0)], "pimf": _BOTH}
+_HALVES = {"gaussmf": (1, 0, 1, 0), "gauss2mf": (1, 0, 3, 2), "gbellmf": (2, 0, 2, 0)}  # centre and width of both
+
+
+def parts(kind, n):
+    """The parts of a membership function: centre, rate, where it is steepest, and its function of z."""
+    if kind in _EDGES:
+        function = ramp if kind in _RAMPS else spline
+        ends = [(n[i], n[j], 2 * (j > i) - 1) for i, j in _EDGES[kind]]
+        return [
+            (a, 1 / (b - a), 0.5, function) if sign * (b - a) > 0 else ((a + b) / 2, sign, 0.0, step)
+            for a, b, sign in ends
+        ]
+    if kind in _HALVES:
+        function, steepest, (a, width, b, other) = gauss, -1.0, _HALVES[kind]
+        if kind == "gbellmf":
+            function, steepest = partial(bell, b=n[1]), -(max((2 * n[1] - 1) / (2 * n[1] + 1), 0) ** (0.5 / n[1]))
+        return [(n[a], 1 / abs(n[width]), steepest, function), (n[b], -1 / abs(n[other]), steepest, function)]
+    return [(c, a, 0.0, sigmoid) for a, c in zip(n[::2], n[1::2], strict=True)]
+
+
+def monotone(z, steepest, function):
+    """A function that rises with z, by its derivative."""
+    first, last = z.range.ends
+    ends = [function(e + s * _DERIVATIVE * (1 + np.abs(e)))[1] for s, e in ((-1, first), (1, last))]
+    low, high = z.range.ends if ends[0] is None else z.at.ends
+    at = between(function(low)[0] * (1 - _DEGREE) - _TINY, function(high)[0] * (1 + _DEGREE) + _TINY)
+    if ends[0] is None:
+        return Slopes(at)
+    steep = np.where((first < steepest) & (steepest < last), function(steepest)[1], np.maximum(*ends))
+    return Slopes(at, between(np.minimum(*ends) * (1 - _DERIVATIVE), steep * (1 + _DERIVATIVE)) * z.slope)
+
+
+def degree(x, kind, n):
+    """The degree of a membership function."""
+    first, *other = [monotone((x - some(centre)) * rate, *how) for centre, rate, *how in parts(kind, n)]
+    if kind == "dsigmf":
+        return -least(other[0] - first, some(0.0))
+    return first * other[0] if other else first
+
+
+def fires(rule, rules, degrees):
+    """How much a rule fires."""
+    method, w = rules["or" if rule["or"] else "and"], None
+    for i, t, hedge, negated in rule["clauses"]:
+        p = degrees[i][t] if hedge == 1 else monotone(degrees[i][t], np.inf, partial(power, k=hedge))
+        p = 1 - p if negated != rule["or"] else p  # "or" by De Morgan
+        w = p if w is None else least(w, p) if method in ("max", "min") else w * p
+    w = some(1.0) if w is None else w
+    return (1 - w if rule["or"] else w) * rule["weight"]
 
 
 def infer(rules, x):
-    """The outputs of the rule base, and where it may have none.
-
-    The mean of linear functions is at their mean in the middle, and as steep as the mean of their slopes.
-    """
+    """The outputs of the rule base over functions ``x`` of its inputs, and where it may have none."""
     if rules["clip"]:
-        for n, i in enumerate(rules["inputs"]):
-            box = x[n].range
-            cut = affine(Boxes(*(np.clip(e, i["low"], i["high"]) for e in box.ends)))
-            x[n] = chosen((box.low >= i["low"]) & (box.high <= i["high"]), x[n], cut)
-    weights = fired(rules, [v.range for v in x])
+        ends = [(some(i["low"]), some(i["high"])) for i in rules["inputs"]]
+        x = [-least(-least(v, high), -low) for v, (low, high) in zip(x, ends, strict=True)]
+    degrees = [[degree(v, *t) for t in i["terms"]] for v, i in zip(x, rules["inputs"], strict=True)]
+    weights = [fires(rule, rules, degrees) for rule in rules["rules"]]
     found, hole = {}, False
     for o, name in enumerate(rules["outputs"]):
-        taking = [rule["then"][o] is not None for rule in rules["rules"]]
-        weak, strong = weights[taking].swapaxes(0, 1)
-        hole = hole | ~(weak.sum(0) > 1e-280)
-        numbers = np.array([rule["then"][o] for rule in rules["rules"] if rule["then"][o] is not None], float)
-        said = Affine(numbers[:, :1])
-        for i, v in enumerate(x, 1):
-            wide = Affine(v.middle[None], v.slope[:, None], v.rest[None])
-            said = said + Affine(numbers[:, i, None]) * wide
-        flat = np.zeros_like(weak)
-        means = [
-            affine(Boxes(mean(weak, strong, y, -1), mean(weak, strong, y, 1)))
-            for y in (said.middle + flat, *(said.slope + flat))
-        ]
-        rest = mean(weak, strong, said.rest + flat, 1)
-        slope = np.array([m.middle for m in means[1:]])
-        found[name] = Affine(means[0].middle, slope, sum(m.rest for m in means) + rest)
+        taking = [(w, r["then"][o]) for w, r in zip(weights, rules["rules"], strict=True) if r["then"][o] is not None]
+        said = [sum((v * n for v, n in zip(x, slopes, strict=True)), some(c)) for _, (c, *slopes) in taking]
+        found[name], bad = mean([w for w, _ in taking], said)
+        hole = hole | bad
     return found, hole
 
 
-class StateLoop:
-    """The loop about one speed of the reference: ζ(k+1) = A ζ + G r, |what else is added| by V's norm."""
+def mean(weights, y):
+    """The weighted mean Σ w y / Σ w, and where Σ w may be 0.
 
-    def __init__(self, k, f):
-        low, high = f["speed"]
-        speed, groups, t, s = (low + high) / 2, int(k["groups"]), k["period"], k["fresh"]
-        self.P, n = np.array(f["P"]), 2 * groups + 1
-        told = np.zeros((2, groups, n + 4))  # what the wheels were told of v and of ω, from now on back
-        for i in range(2):
-            first = 3 + i * (groups - 1)
-            told[i, 0, first], told[i, 0, n + i] = 1 - s, s
-            told[i, 1:, first : first + groups - 1] = np.eye(groups - 1)
-        mean_a, mean_b = (np.array(k[w][:groups]) @ e for w, e in zip(("v_weight", "w_weight"), told, strict=True))
-        if not positive(self.P, self.P):
-            raise RefutedError("V is not seen to be positive")
-        step = np.eye(n, n + 4)
-        step[0] += -t * mean_a + np.eye(n + 4)[n + 2]
-        step[1] += -speed * t * t / 2 * mean_b + np.eye(n + 4)[n + 3]
-        step[2] += -t * mean_b
-        step[3:] = np.vstack([told[0, :-1], told[1, :-1]])
-        self.step, reach = step, np.sqrt(np.diag(np.linalg.inv(self.P)) * (1 + 1e-7))
-        if not all(positive(self.P - np.outer(e, e) / c**2, self.P) for e, c in zip(np.eye(n), reach, strict=True)):
-            raise RefutedError("V is not seen to bound its states")
-        self.whole = reach[:3]
-        # What the wheels were told is the newest state a sample later; a and b at any time are that, and more
-        reach, wide = reach[[3, 2 + groups]], 1 + 2 * k["overshoot"]
-        fast, turning = high + reach[0], high * k["curvature"] + reach[1]
-        if not (fast < k["v_max"] and turning < k["w_max"] and fast + k["half_axle"] * turning < k["wheel_limit"]):
+    With u that at c, its slope is [Σ w (slope of y) + Σ (slope of w) (y(c) − u)] / Σ w, with Σ w at x.
+    """
+    total = sum(weights, some(0.0))
+    bad = ~(total.range.ends[0] > 1e-280)
+    near_part, part = (between(*(1 / np.where(bad, 1, e) for e in b.ends[::-1])) for b in (total.at, total.range))
+    share = [w.at.middle * near_part.middle for w in weights]
+    near = sum(s * v.at.middle for s, v in zip(share, y, strict=True))
+    lean = sum(s * v.slope.middle for s, v in zip(share, y, strict=True))
+    at = sum((w.at * (v.at - near) for w, v in zip(weights, y, strict=True)), midrad(0.0)) * near_part + near
+    bent = [w.range * (v.slope - lean) + w.slope * (v.at - at) for w, v in zip(weights, y, strict=True)]
+    return Slopes(at, sum(bent, midrad(0.0)) * part + lean), bad
+
+
+# The closed loop, in fractions ------------------------------------------------------------------------------------
+
+
+exact = np.vectorize(Fraction, otypes=[object])  # arrays of fractions
+
+
+def eliminated(matrix, places, sign):
+    """The Schur complement of a symmetric matrix, whose block ``places`` is definite of that sign.
+
+    It is the greatest (-1) or the least (1) of the form over what is eliminated.
+    """
+    for k in places:
+        if not sign * matrix[k, k] > 0:
+            raise RefutedError("V is not positive" if sign > 0 else "V does not fall behind the posture")
+        matrix = matrix - np.outer(matrix[:, k], matrix[k]) / matrix[k, k]
+    keep = [i for i in range(len(matrix)) if i not in places]
+    return matrix[np.ix_(keep, keep)]
+
+
+def root(square):
+    """A number that is at least the root of a fraction."""
+    return Fraction(float(np.sqrt(float(square))) * (1 + 1e-14) + 1e-150)
+
+
+class SpeedCell:
+    """The loop about one range of the reference's speed, ζ(k+1) = A ζ + G r + d: what is known of it."""
+
+    def __init__(self, numbers, f):
+        k = {n: Fraction(v) for n, v in numbers.items() if not isinstance(v, list)}
+        groups, T, s, P, (low, high) = int(k["groups"]), k["period"], k["fresh"], exact(f["P"]), exact(f["speed"])
+        n, fall, centre, fastest = len(P), Fraction(f["fall"]), (low + high) / 2, high * k["curvature"]
+        unit, told, behind = exact(np.eye(n + 4, dtype=int)), [], range(3, n)  # unit: each of the states, and of r
+        for i, first in enumerate((3, 2 + groups)):
+            newest = (1 - s) * unit[first] + s * unit[n + i]
+            told.append(np.vstack([newest, unit[first : first + groups - 1]]))
+        mean_a, mean_b = (exact(numbers[w][:groups]) @ e for w, e in zip(("v_weight", "w_weight"), told, strict=True))
+        posture = unit[:3] - T * np.array([mean_a, centre * T / 2 * mean_b, mean_b])
+        posture[:2] += unit[n + 2 :]
+        step = np.vstack([posture, told[0][:-1], told[1][:-1]])
+        eliminated(P, range(n), 1)
+        reach = np.array([root(1 / eliminated(P, [*range(i), *range(i + 1, n)], 1)[0, 0]) for i in range(n)])
+        self.whole, reach = reach[:3].astype(float), reach[[3, 2 + groups]]
+        fast, turning = high + reach[0], fastest + reach[1]
+        if fast >= k["v_max"] or turning >= k["w_max"] or fast + k["half_axle"] * turning >= k["wheel_limit"]:
             raise RefutedError("a command may meet a limit of the wheels")
-        turns = 1.0 * (low - reach[0] - k["half_axle"] * turning <= k["slow"])
-        more = np.array([k[f"{n}_ripple"] + turns * k[f"{n}_reversal"] for n in "vw"])
-        self.a, self.b = wide * reach + more
-        columns = np.zeros((4, n))
-        columns[0, 0], columns[1, 1:3], columns[2, 0], columns[3, 1] = t, [speed * t * t / 2, t], 1.0, 1.0
-        norms = np.sqrt(np.einsum("ki,ij,kj->k", columns, self.P, columns)) * (1 + 1e-9)
+        turns = int(low - reach[0] - k["half_axle"] * turning <= k["slow"])
+        # a and b at any time of a period: in the commands' hull, in proportion to √V, and what is beyond it
+        hulls = (1 + 2 * k["overshoot"]) * reach
+        more, off = (np.array([k[f"{i}_{w}"] + turns * k[f"{i}_reversal"] for i in "vw"]) for w in ("ripple", "error"))
+        A, B = hulls + more
+        columns = np.array([[T, 0, 0], [0, centre * T * T / 2, T], [1, 0, 0], [0, 1, 0]])
 
-        def differs(part, a, b, error):
-            """By how much ζ may differ, of half of the hull's width, of a, b at any time, and of the means."""
-            v, beta = high, t * self.b
-            turned = high * k["curvature"] * t * t / 2 * (a + v * t * b)  # what ω_r adds to what is driven
-            x = (v + self.a) * t * beta / 6 * t * b + turned
-            y = (v / 2 + 0.51 * (high - low)) * t * t / 2 * b + t * beta / 2 * a + v * t * beta**2 / 6 * t * b + turned
-            return float(norms @ [*(2 * k["share"] * part + error), x, y]) * (1 + 1e-9)
+        def norm(a, b, means):
+            """‖d‖ at most, of a and b at any time and of what the wheels' means differ by; it is convex in them."""
+            turned = fastest * (T**2 / 2 * a + high * T**3 / 6 * b)
+            x = (high + A) * B * T**3 / 6 * b + turned
+            y = (high + high - low) * T**2 / 4 * b + high * B**2 * T**4 / 24 * b + B * T**2 / 2 * a + turned
+            ends = [np.array(e) @ columns for e in itertools.product(*((-e, e) for e in (*means, x, y)))]
+            return root(max(d @ P[:3, :3] @ d for d in ends))
 
-        off = np.array([k[f"{n}_error"] + turns * k[f"{n}_reversal"] for n in "vw"])
-        self.past, self.off = differs(reach, *(wide * reach), 0.0), differs(0.0, *more, off)
-        self.told, self.mean_error = mean_a, 2 * k["share"] * reach[0] + off[0]
-
-    def prepare(self, f):
-        """Find the form that boxes are about, and what is known of the mean of a."""
-        self.slack = 2 * FALL_SLACK * f["fall"] * f["inner"] ** 2
-        self.form, self.near = schur(self.P, self.step, f["fall"] ** 2)
-        # The mean of a is ahead'δ + fresh u, within aside √(1 − δ'Nδ) and what the wheels differ
-        P, n = self.P, len(self.P)
-        row = self.told[:n].copy()
-        self.ahead, self.fresh = row[:3] - P[:3, 3:] @ np.linalg.solve(P[3:, 3:], row[3:]), self.told[n]
-        self.aside = math.sqrt(row[3:] @ np.linalg.solve(P[3:, 3:], row[3:])) * (1 + 1e-6)
-        row[:3] -= self.ahead
-        rest = P - np.outer(row, row) / self.aside**2
-        rest[:3, :3] -= self.near * (1 - 1e-6)
-        if not positive(rest, P):
-            raise RefutedError("what was told is not seen to be bounded")
+        self.past, self.added = norm(*hulls, 2 * k["share"] * reach), norm(*more, off)
+        if not fall + Fraction(FALL_SLACK) + self.past + self.added < 1:
+            by = f"√V by {float(self.past):.2g} of what it was and {float(self.added):.2g}"
+            raise RefutedError(f"what the wheels may differ keeps V from falling: {by}")
+        change = step.T @ P @ step
+        change[:n, :n] -= fall**2 * P
+        self.form = eliminated(change, behind, -1).astype(float)
+        # The mean of a, with r's u_a apart, over all ζ with a posture and V <= 1: ahead'δ within aside √(1 − δ'Nδ)
+        form = eliminated(np.block([[P, mean_a[:n, None]], [mean_a[None, :n], exact([[0]])]]), behind, 1)
+        self.near, self.ahead, self.aside = (
+            form[:3, :3].astype(float),
+            form[3, :3].astype(float),
+            float(root(-form[3, 3])),
+        )
+        self.mean_error, self.fresh, self.period = float(2 * k["share"] * reach[0] + off[0]), float(mean_a[n]), float(T)
+        self.any_a, self.any_b = float(A) * (1 + _UNIT), float(B) * (1 + _UNIT)
+        self.slack = 2 * FALL_SLACK * f["fall"] * f["inner"] ** 2 * (1 - 1e-12)
 
     def signals(self, d, boxes):
-        """What the law asks for and what the kinematics adds, over boxes (2, 5, n), and where that cannot be said."""
-        k, t = d["loop"], d["loop"]["period"]
-        middle, half = boxes.mean(axis=0), (boxes[1] - boxes[0]) / 2 * (1 + _ROUND) + 4e-16 * np.abs(boxes).max(axis=0)
+        """δ, what the law asks for and what the kinematics adds over boxes (2, 5, n); and where that cannot be said."""
+        k, T, B = d["loop"], self.period, self.any_b
+        middle = boxes.mean(axis=0)
+        half = np.maximum(boxes[1] - middle, middle - boxes[0]) * (1 + _UNIT)
         x, y, psi, v_r, bend = (
-            Affine(m, h * e[:, None]) for m, h, e in zip(middle, half, np.eye(AFFINE_SYMBOLS), strict=True)
+            Slopes(MidRad(m), MidRad(h * e[:, None])) for m, h, e in zip(middle, half, np.eye(_SYMBOLS), strict=True)
         )
-        cos, sin, w_r = psi.cos(), psi.sin(), v_r * bend
+        cos, sin = psi.cos_sin()
+        w_r = v_r * bend
         x_err, y_err = cos * x - sin * y, sin * x + cos * y
         if d["rules"] is None:
-            out, hole = {"dv": k["kx"] * x_err, "bend": k["ky"] * y_err + k["kpsi"] * sin}, False
+            out, hole = {"dv": x_err * k["kx"], "bend": y_err * k["ky"] + sin * k["kpsi"]}, False
         else:
             known = {"x_err": x_err, "y_err": y_err, "heading_err": psi, "target_v": v_r, "target_w": w_r}
             out, hole = infer(d["rules"], [known[i["quantity"]] for i in d["rules"]["inputs"]])
-        none = affine(0.0 * middle[0])
-        a = out.get("dv", none) - v_r * (1 - cos)
-        v, target, catch = (v_r + a).range, v_r.range, k["catch_up"]
-        least, most = np.maximum(np.maximum(v.low, -v.high), 0), np.minimum(v.size, catch)
-        speed = affine(Boxes(np.maximum(target.low, np.minimum(least, catch)), np.maximum(target.high, most)))
-        speed = chosen((v.low >= target.high) & (v.high <= catch), v_r + a, chosen(most <= target.low, v_r, speed))
-        b = out.get("dw", none) + speed * out.get("bend", none)
-        turned, fast, far = t * self.b, v_r.size + self.a, psi.size
-        both = w_r.size * t * t / 2 * v_r.size * far
-        turn = t * w_r
-        around = about(turn.size**2 / 2)  # 1 − cos, and sin x − x is less than it, times x
-        more_x = fast * far * t * turned / 2 + both
-        more_y = v_r.size * t * turned**2 / 6 * far + v_r.size * far**2 / 2 * t * turned / 2 + both
-        level = (1 - 1e-6) * self.least(boxes)
-        mean_a = sum(g * e for g, e in zip(self.ahead, (x, y, psi), strict=True)) + self.fresh * a
-        rate = t * (v_r + mean_a + about(self.aside * np.sqrt(1 - np.clip(level, 0, 1)) + self.mean_error))
-        n_x = rate * (1 - cos) + turn * y + around * x + about(turn.size**2 / 2) * y + about(more_x)
-        n_y = rate * sin - turn * x + around * y + about(turn.size**2 / 2) * x + about(more_y)
-        return (x, y, psi, a, b, n_x, n_y), hole | (far > 3.1) | (turn.size > 0.5)
+        a = out.get("dv", some(0.0)) - v_r * (1 - cos)
+        v = v_r + a
+        speed = -least(-v_r, -least(-least(v, -v), some(k["catch_up"])))  # max(v_r, min(|v|, catch_up))
+        b = out.get("dw", some(0.0)) + speed * out.get("bend", some(0.0))
+        level = -greatest(-self.near, [x, y, psi])[0]
+        aside = (self.aside * np.sqrt(np.maximum(1 - level, 0)) + self.mean_error) * (1 + 1e-12)
+        mean_a = sum((z * g for z, g in zip((x, y, psi), self.ahead, strict=True)), a * self.fresh) + MidRad(0.0, aside)
+        fast, turn, far, w = v_r.range.size, w_r * T, psi.range.size, w_r.range.size
+        turned, rotated = turn.cos_sin()
+        whole = (v_r + mean_a) * T
+        # What is in proportion to ψ of the way that is driven while the heading, or the reference's, turns
+        more_x = T * T / 2 * ((fast + self.any_a) * B + w * fast) * (1 + 1e-12)
+        more_y = (T**3 * B * B / 6 * fast + fast * far * T * T / 4 * B + T * T / 2 * w * fast) * (1 + 1e-12)
+        n_x = whole * (1 - cos) + (turned - 1.0) * x + rotated * y + psi * MidRad(0.0, more_x)
+        n_y = whole * sin - rotated * x + (turned - 1.0) * y + psi * MidRad(0.0, more_y)
+        return [x, y, psi, a, b, n_x, n_y], level, hole | (far > 3.1)
 
-    def falls(self, d, boxes):
-        """Over which boxes the form is at most the slack."""
-        signals, bad = self.signals(d, boxes)
-        shape = boxes.shape[2]
-        middle = np.array([e.middle + np.zeros(shape) for e in signals])
-        slope = np.array([e.slope + np.zeros((AFFINE_SYMBOLS, shape)) for e in signals])  # (7, 5, n)
-        rest, M = np.array([e.rest + np.zeros(shape) for e in signals]), self.form
-        turned = np.einsum("ij,jsn->isn", M, slope)
-        at, bent = M @ middle, np.einsum("isn,itn->stn", slope, turned)
-        square = np.einsum("ssn->sn", bent)
-        value = (middle * at).sum(0) + 2 * np.abs(np.einsum("in,isn->sn", at, slope)).sum(0)
-        value += np.maximum(square, 0).sum(0) + np.abs(bent).sum((0, 1)) - np.abs(square).sum(0)
-        value += (rest * (2 * np.abs(at) + 2 * np.abs(turned).sum(1) + np.abs(M) @ rest)).sum(0)
-        size = np.abs(middle) + np.abs(slope).sum(1) + rest
-        value += 1e-13 * np.einsum("in,ij,jn->n", size, np.abs(M), size)
-        return ~bad & (value <= self.slack)
-
-    def least(self, boxes):
-        """δ'Nδ at least, of boxes."""
-        middle, half = boxes[:, :3].mean(axis=0), (boxes[1, :3] - boxes[0, :3]) / 2 * (1 + 1e-9)
-        at = self.near @ middle
-        bent = np.einsum("in,ij,jn->n", half, np.abs(self.near), half)
-        return (middle * at).sum(0) * (1 - 1e-9) - 2 * (np.abs(at) * half).sum(0) - bent
+    def grows(self, d, boxes):
+        """Over which boxes V may be 1 at most and not fall, and what each side adds to what is not known."""
+        signals, level, bad = self.signals(d, boxes)
+        value, sides = greatest(self.form, signals)
+        return ~(level > 1) & (bad | ~(value <= self.slack)), sides
 
 
-def positive(matrix, of_size):
-    """Whether a symmetric matrix is positive definite for sure; its entries are off by a part of those ``of_size``."""
-    scale = 1 / np.sqrt(np.abs(np.diag(of_size)) + 1e-300)
-    scale = np.outer(scale, scale)
-    matrix, error = matrix * scale, _EXACT * np.abs(of_size) * scale
-    vectors = np.linalg.eigh(matrix)[1]
-    near = vectors.T @ matrix @ vectors
-    off = np.abs(near) + np.abs(vectors).T @ (error + 1e-14 * np.abs(matrix)) @ np.abs(vectors) * len(matrix)
-    return bool((np.diag(near) > off.sum(1) - np.diag(near)).all())
+def greatest(matrix, z):
+    """z'Mz of functions z at most, of a matrix within _UNIT of M; and how much of it is of each symbol.
+
+    A concave part of a symbol counts: 2 g ε + B ε² is at most −g²/B where that is within |ε| <= 1.
+    """
+    middle, radius = (np.array([getattr(f.at, e) for f in z]) for e in ("middle", "radius"))
+    slope, unsure = (np.array([getattr(f.slope, e) for f in z]) for e in ("middle", "radius"))
+    about, turned = np.einsum("ij,jn->in", matrix, middle), np.einsum("ij,jsn->isn", matrix, slope)
+    first, second = np.einsum("in,isn->sn", about, slope), np.einsum("isn,itn->stn", slope, turned)
+    square = np.einsum("ssn->sn", second)
+    linear, concave = np.abs(first), np.maximum(-square, np.abs(first)) + _TINY
+    along = np.where(-square > linear, linear**2 / concave, 2 * linear + square)
+    across = np.abs(second).sum(axis=1) - np.abs(square)
+    steep = 2 * (np.abs(about) + np.abs(turned).sum(axis=1))
+    rest = radius + unsure.sum(axis=1)
+    value = (middle * about).sum(axis=0) + (along + across).sum(axis=0)
+    value += (rest * (steep + np.einsum("ij,jn->in", np.abs(matrix), rest))).sum(axis=0)
+    size = np.abs(middle) + np.abs(slope).sum(axis=1) + rest
+    value += 1e-13 * np.einsum("in,ij,jn->n", size, np.abs(matrix), size)
+    return value, across + np.einsum("in,isn->sn", steep, unsure)
 
 
-def schur(P, step, fall):
-    """M (7, 7) and N (3, 3): V(k+1) − fall V <= [δ; r]'M[δ; r] and V >= δ'Nδ for all ζ with the posture δ."""
-    n, keep = len(P), np.array([0, 1, 2, *range(len(P), len(P) + 4)])
-    S = step.T @ P @ step
-    size = np.abs(step).T @ np.abs(P) @ np.abs(step)
-    S[:n, :n] -= fall * P
-    size[:n, :n] += np.abs(P)
-    behind = S[3:n, 3:n]
-    M = S[np.ix_(keep, keep)] - S[keep, 3:n] @ np.linalg.solve(behind, S[3:n, keep])
-    M = (M + M.T) / 2 + 1e-7 * np.diag(np.abs(np.diag(M)))
-    N = (P[:3, :3] - P[:3, 3:] @ np.linalg.solve(P[3:, 3:], P[3:, :3])) * (1 - 1e-7)
-    above, below = -S, P.copy()
-    above[np.ix_(keep, keep)] += M
-    size[np.ix_(keep, keep)] += np.abs(M)
-    below[:3, :3] -= N
-    if not (positive(above, size) and positive(below, P)):
-        raise RefutedError("V is not seen to fall behind the posture")
-    return M, (N + N.T) / 2
+# The certificate ----------------------------------------------------------------------------------------------------
 
 
 def check_states(d):
-    """Raise RefutedError unless the certificate, whose loop's numbers are in range, is true."""
-    speed = d["loop"]["speed_low"]
+    """Raise RefutedError unless the certificate, whose loop's numbers are in range, is true; how many boxes it took."""
+    k, speeds = d["loop"], [float(end) for f in d["V"] for end in f["speed"]]
+    if not (groups := int(k["groups"])) == k["groups"] >= 2 or k["last"][:groups] != [*range(groups)]:
+        raise RefutedError("ages of commands are not those of the states")
+    if any(k[n] for n in ("v_rate", "w_rate", "position_noise", "heading_noise")):
+        raise RefutedError("noise and references that change are not covered")
     for f in d["V"]:
-        if f["speed"][0] != speed:
+        P, (low, high) = np.array(f["P"], float), f["speed"]
+        if P.shape != (2 * groups + 1,) * 2 or (P != P.T).any() or not (0.5 < f["fall"] < 1 and 0 < f["inner"] < 1):
+            raise RefutedError("V is out of its range")
+        if not 0 < low <= high or speeds[1:-1:2] != speeds[2::2]:
             raise RefutedError("the ranges of speed do not follow one another")
-        check_cell(d, f)
-        speed = f["speed"][1]
-    if speed != d["loop"]["speed_high"]:
+    if (speeds[0], speeds[-1]) != (k["speed_low"], k["speed_high"]):
         raise RefutedError("the speeds are not all covered")
+    return sum(_prove(d, SpeedCell(k, f), *f["speed"]) for f in d["V"])
 
 
-def check_cell(d, f, boxes=_BOXES):
-    """The same for one range of speeds; returns how many boxes it took, and the loop."""
-    k, P, (low, high) = d["loop"], np.array(f["P"], float), f["speed"]
-    groups = int(k["groups"])
-    for holds, wrong in (
-        (P.shape == (2 * groups + 1,) * 2 and (P == P.T).all() and np.isfinite(P).all(), "P is of the wrong shape"),
-        (groups >= 2 and k["last"][:groups] == [*range(groups)], "ages of commands are not those of the states"),
-        (0.5 < f["fall"] < 1 and 0 < f["inner"] < 1 and 0 < low <= high, "V is out of its range"),
-        (not any(k[n] for n in _STEADY), "noise and references that change are not covered"),
-    ):
-        if not holds:
-            raise RefutedError(wrong)
-    loop = StateLoop(k, f)
-    if not f["fall"] + FALL_SLACK + loop.past + loop.off < 1 - 1e-12:
-        by = f"√V by {loop.past:.2g} of what it was and {loop.off:.2g}"
-        raise RefutedError(f"what the wheels may differ keeps V from falling: {by}")
-    loop.prepare(f)
-    return split(d, f, loop, boxes), loop
-
-
-def split(d, f, loop, limit):
-    """Branch and bound over posture, speed and curvature."""
-    bend, count, (low, high) = d["loop"]["curvature"], 0, f["speed"]
-    boxes = np.array([[*-loop.whole, low, -bend], [*loop.whole, high, bend]])[..., None]
-    whole = boxes[1, :, 0] - boxes[0, :, 0] + 1e-300
-    weight = np.array([1.0, 1.0, 1.0, 0.2, 0.2])[:, None]
+def _prove(d, cell, low, high):
+    """Branch and bound over posture, speed and curvature: how many boxes it takes."""
+    bend, count = d["loop"]["curvature"], 0
+    boxes = np.array([[*-cell.whole, low, -bend], [*cell.whole, high, bend]])[..., None]
+    whole = (boxes[1] - boxes[0]) + _TINY
     while boxes.size:
         boxes, rest = boxes[..., -_PIECE:], boxes[..., :-_PIECE]
-        boxes = boxes[..., loop.least(boxes) <= 1]
         count += boxes.shape[2]
-        boxes = boxes[..., ~loop.falls(d, boxes)]
-        sides = (boxes[1] - boxes[0]) / whole[:, None]
-        far = np.abs(boxes[:, :3]).max(axis=0) / whole[:3, None]
-        sides[:3] /= np.maximum(far.max(axis=0), 1e-9)
-        sides *= weight
+        left, sides = cell.grows(d, boxes)
+        boxes, sides = boxes[..., left], np.where(boxes[1] > boxes[0], sides, -1.0)[:, left]
         axis, n = sides.argmax(axis=0), np.arange(boxes.shape[2])
         middles = np.repeat(boxes.mean(axis=0)[None, :, :: max(1, len(n) // 50)], 2, axis=0)
-        level = np.einsum("in,ij,jn->n", middles[0, :3], loop.near, middles[0, :3])
-        wrong = middles[0][:, (level < 1) & ~loop.falls(d, middles)]
-        if count > limit or wrong.size or (sides[axis, n] < _LEAST).any():
-            where = wrong[:, 0] if wrong.size else boxes[..., sides[axis, n].argmin()].mean(axis=0)
-            raise RefutedError(f"V is not seen to fall at X, Y, ψ, v_r, curvature = {where.round(4).tolist()}")
-        first, second = boxes.copy(), boxes.copy()
-        first[1, axis, n] = second[0, axis, n] = boxes[:, axis, n].mean(axis=0)
-        boxes = np.concatenate([rest, first, second], axis=2)
+        if middles.size:
+            wrong = middles[0][:, cell.grows(d, middles)[0]]
+            if count > _BOXES or wrong.size or ((boxes[1] - boxes[0]) / whole)[axis, n].min() < _LEAST:
+                place = (wrong if wrong.size else boxes.mean(axis=0))[:, 0].round(4).tolist()
+                raise RefutedError(f"V is not seen to fall at X, Y, ψ, v_r, curvature = {place}")
+        halves = np.array([boxes, boxes])
+        halves[0, 1, axis, n] = halves[1, 0, axis, n] = boxes[:, axis, n].mean(axis=0)
+        boxes = np.concatenate([rest, *halves], axis=2)
     return count

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fuzzy.shown import shown
 from fuzzy.words import counted, listed
 from robotics.measures.statistics.intervals import Interval
 from robotics.plugins.arena.answer import MOST_SENTENCES
@@ -82,7 +83,7 @@ def _none(outcome: TaskOutcome) -> Iterator[str]:
         bound = 1000 * float(caused.high[clean[0]])
         yield (
             f"No contact in {outcome.runs:,} runs was caused by {listed([outcome.titles[k] for k in clean])}; "
-            f"a rate of up to {bound:.2g} of 1,000 cannot be ruled out."
+            f"a rate of up to {shown(bound, digits=2)} of 1,000 cannot be ruled out."
         )
     else:
         yield f"Every law caused contacts in {counted(outcome.runs, 'run')}."

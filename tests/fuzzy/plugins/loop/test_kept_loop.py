@@ -109,7 +109,7 @@ def test_the_command_takes_it_and_options_go_before(tmp_path, monkeypatch, capsy
     monkeypatch.chdir(tmp_path)
     write_fis(rule_table("pi", 5), "plain.fis")
     assert main(["step", "plain.fis"]) == 2
-    assert "--plant is missing, and plain.fis keeps no loop" in capsys.readouterr().err
+    assert "--plant is missing, such as --plant '1; 1 1 0', and plain.fis keeps no loop" in capsys.readouterr().err
     write_fis(replace(rule_table("pi", 5), loop=edit(**CHANGES)["text"]), "pi.fis")
     scales = [f"{name}={example_settings('lag')[name]:g}" for name in ("Ke", "Kie", "Ku")] + ["Kde=3", "Kdu=0.3067"]
     usual = example_settings("lag")

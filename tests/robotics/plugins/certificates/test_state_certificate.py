@@ -2,7 +2,9 @@
 
 import copy
 import json
+import operator
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 import pytest
@@ -17,13 +19,23 @@ from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.plugins.certificates import commandstates
 from robotics.plugins.certificates.certificate import CertificateError
 from robotics.plugins.certificates.certificatefile import _rules, contents, numbers_of, write_certificate
-from robotics.plugins.certificates.checker import RefutedError
+from robotics.plugins.certificates.checker import RefutedError, ask, of
 from robotics.plugins.certificates.checkfile import check
 from robotics.plugins.certificates.commandstates import StateCertificate, certified, certify_states
 from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
 from robotics.plugins.certificates.regions import QUICK_EFFORT
 from robotics.plugins.certificates.starts import asked, simulate_starts, wheels_in_region
-from robotics.plugins.certificates.statechecker import AFFINE_SYMBOLS, FALL_SLACK, Affine, StateLoop, infer, positive
+from robotics.plugins.certificates.statechecker import (
+    FALL_SLACK,
+    MidRad,
+    Slopes,
+    SpeedCell,
+    eliminated,
+    exact,
+)
+from robotics.plugins.certificates.statechecker import infer as infer_by_slopes
+from robotics.plugins.certificates.statechecker import least as lesser
+from robotics.plugins.certificates.statedecrease import AFFINE_SYMBOLS, Affine, StateLoop, infer, positive
 from tests.robotics.plugins.certificates.test_loop_certificate import NARROW, systems
 from tests.robotics.world.vehicle.etsro import ETSRO
 
@@ -42,6 +54,75 @@ def test_the_linear_functions_enclose_every_sample_of_a_rule_base(fis, seed):
     true = infer_quietly(fis, np.moveaxis(points, 0, -1)).output[..., 0]
     linear = said["o"].middle + np.einsum("ks,kns->ns", said["o"].slope + np.zeros((AFFINE_SYMBOLS, 20)), signs)
     assert ((abs(true - linear) <= said["o"].rest) | hole).all()
+
+
+@settings(max_examples=50, deadline=None)
+@given(systems(), st.integers(0, 2**32 - 1))
+def test_the_slopes_enclose_every_sample_of_a_rule_base(fis, seed):
+    rng = np.random.default_rng(seed)
+    middle, half = rng.uniform(-1.8, 1.8, (2, 20)), 10.0 ** rng.uniform(-6, -0.3, 20)
+    slope = rng.uniform(-1, 1, (2, AFFINE_SYMBOLS, 20)) * half
+    said, hole = infer_by_slopes(
+        _rules(fis, ["a", "b"]), [Slopes(MidRad(m), MidRad(s)) for m, s in zip(middle, slope, strict=True)]
+    )
+    signs = rng.uniform(-1, 1, (AFFINE_SYMBOLS, 50, 20))
+    points = middle[:, None] + np.einsum("iks,kns->ins", slope, signs)
+    true = infer_quietly(fis, np.moveaxis(points, 0, -1)).output[..., 0]
+    assert (enclosed(said["o"], signs, true) | hole).all()
+
+
+def enclosed(f, signs, true):
+    """Whether values ``true`` (samples, n) at symbols ``signs`` (5, samples, n) are among those of slopes."""
+    linear = f.at.middle + np.einsum("ks,kns->ns", f.slope.middle + np.zeros_like(signs[:, 0]), signs)
+    rest = f.at.radius + np.einsum("ks,kns->ns", f.slope.radius + np.zeros_like(signs[:, 0]), abs(signs))
+    return abs(true - linear) <= rest * (1 + 1e-12) + 1e-15 * (1 + abs(true))
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_sums_products_minima_and_cosines_of_slopes_enclose_samples(seed):
+    rng, shape = np.random.default_rng(seed), (AFFINE_SYMBOLS, 5)
+    x, y = (
+        Slopes(
+            MidRad(rng.uniform(-2, 2, 5), rng.uniform(0, 0.1, 5)),
+            MidRad(rng.uniform(-0.5, 0.5, shape), rng.uniform(0, 0.1, shape)),
+        )
+        for _ in "xy"
+    )
+    signs = rng.uniform(-1, 1, (AFFINE_SYMBOLS, 40, 5))
+
+    def sample(f):
+        slope = f.slope.middle[:, None] + f.slope.radius[:, None] * rng.choice([-1, 1], signs.shape)
+        return f.at.middle + f.at.radius * rng.uniform(-1, 1, (40, 5)) + (slope * signs).sum(axis=0)
+
+    a, b = sample(x), sample(y)
+    cos, sin = x.cos_sin()
+    pairs = (
+        (x + y, a + b),
+        (1 - x * 2.0, 1 - 2 * a),
+        (x * y, a * b),
+        (cos, np.cos(a)),
+        (sin, np.sin(a)),
+        (lesser(x, y), np.minimum(a, b)),
+    )
+    for f, true in pairs:
+        assert enclosed(f, signs, true).all()
+        assert (abs(true - f.range.middle) <= f.range.radius + 1e-12).all()
+
+
+def test_what_is_eliminated_leaves_the_greatest_or_the_least_of_a_form():
+    rng = np.random.default_rng(1)
+    root = rng.standard_normal((6, 6))
+    form = root @ np.diag([-1.0, -2, -3, 4, 5, 6]) @ root.T
+    form = (form + form.T) / 2
+    for places, sign in ((range(3, 6), 1), (range(3), -1)):
+        part = form + sign * 50 * np.diag([float(i in places) for i in range(6)])
+        block, rest = [*places], [i for i in range(6) if i not in places]
+        inverse = np.linalg.inv(part[np.ix_(block, block)])
+        schur = part[np.ix_(rest, rest)] - part[np.ix_(rest, block)] @ inverse @ part[np.ix_(block, rest)]
+        np.testing.assert_allclose(eliminated(exact(part), places, sign).astype(float), schur, rtol=1e-9)
+        with pytest.raises(RefutedError):
+            eliminated(exact(part), places, -sign)
 
 
 @settings(max_examples=100, deadline=None)
@@ -81,10 +162,11 @@ def certificate():
     return found
 
 
-def test_in_a_period_of_the_kinematics_v_falls_as_it_is_claimed(certificate):
+@pytest.mark.parametrize("program", [StateLoop, SpeedCell])
+def test_in_a_period_of_the_kinematics_v_falls_as_it_is_claimed(certificate, program):
     rng, loop, k = np.random.default_rng(0), certificate.loop, numbers_of(certificate.loop)["loop"]
     (cell,), T, s, w = certificate.cells, k["period"], k["fresh"], np.array([k["v_weight"][:3], k["w_weight"][:3]])
-    P, about = np.array(cell["P"]), StateLoop(k, cell)
+    P, about = np.array(cell["P"]), program(k, cell)
     root, reach = np.linalg.inv(np.linalg.cholesky(P).T), np.sqrt(np.diag(np.linalg.inv(P)))[[3, 5]]
     falls = []
     for _ in range(120):
@@ -95,7 +177,7 @@ def test_in_a_period_of_the_kinematics_v_falls_as_it_is_claimed(certificate):
         told = np.array([[(1 - s) * z[3] + s * u[0], *z[3:5]], [(1 - s) * z[5] + s * u[1], *z[5:]]])
         error = 2 * k["share"] * reach + [k["v_error"], k["w_error"]]
         mean = (w * told).sum(axis=1) + rng.choice([-1, 1], 2) * error
-        most = np.array([about.a, about.b])
+        most = np.array([about.a, about.b] if program is StateLoop else [about.any_a, about.any_b])
         ramp = rng.choice([-1, 1], 2) * np.maximum(most - abs(mean), 0)  # of a and b in the period, to what they may be
 
         def rates(t, e, mean=mean, ramp=ramp, v_r=v_r, w_r=w_r):
@@ -106,9 +188,30 @@ def test_in_a_period_of_the_kinematics_v_falls_as_it_is_claimed(certificate):
         end = solve_ivp(rates, (0, T), z[:3], rtol=1e-10, atol=1e-12).y[:, -1]
         after = np.concatenate([end, told[0, :2], told[1, :2]])
         before, now = np.sqrt(z @ P @ z), np.sqrt(after @ P @ after)
-        assert now <= (cell["fall"] + FALL_SLACK) * before + about.past + about.off
+        added = about.off if program is StateLoop else about.added
+        assert now <= (cell["fall"] + FALL_SLACK) * before + about.past + added
         falls.append(now / before)
     assert max(falls) > 0.95  # that the test is not about nothing
+
+
+def test_prover_and_checker_have_the_same_loop(certificate):
+    d, (cell,) = numbers_of(certificate.loop), certificate.cells
+    first, second = StateLoop(d["loop"], cell), SpeedCell(d["loop"], cell)
+    first.prepare(cell)
+    for a, b in ((first.form, second.form), (first.near, second.near)):
+        np.testing.assert_allclose(a, b, rtol=1e-5, atol=1e-6 * abs(b).max())
+    assert first.aside == pytest.approx(second.aside, rel=1e-5)
+    assert 0.9 < float(second.past) / first.past < 1.1
+    assert 0.9 < float(second.added) / first.off < 1.1
+    rng = np.random.default_rng(2)
+    points = rng.uniform(-1, 1, (5, 200)) * [[0.05], [0.1], [0.4], [0.01], [0.2]] + [[0], [0], [0], [0.31], [0]]
+    signals, level, bad = second.signals(d, np.array([points, points]))
+    a, b = asked(certificate.loop, points[:3].T, points[3], points[3] * points[4])
+    assert not bad.any()
+    np.testing.assert_allclose(signals[3].at.middle, a - points[3], atol=1e-9)
+    np.testing.assert_allclose(signals[4].at.middle, b - points[3] * points[4], atol=1e-9)
+    assert signals[4].range.radius.max() < 1e-9
+    np.testing.assert_allclose(level, np.einsum("in,ij,jn->n", points[:3], second.near, points[:3]), rtol=1e-9)
 
 
 def test_its_file_is_checked_by_the_command(certificate, tmp_path, capsys):
@@ -158,6 +261,107 @@ def test_a_file_that_says_more_is_refuted(certificate, change):
     change(data)
     with pytest.raises(RefutedError):
         check(data)
+
+
+def excess(data, rng, count=4000):
+    """By how much √V is at a sample above what a file says of the one before, at the worst of random states.
+
+    Of the region, with wheels that differ from the mean as they may; and of ``fall``, with wheels that do not. The
+    period is integrated by Runge and Kutta, the law is that of the loop checker at points.
+    """
+    k, (f,) = data["loop"], data["V"]
+    g, T, s, P = int(k["groups"]), k["period"], k["fresh"], np.array(f["P"])
+    root, reach = np.linalg.inv(np.linalg.cholesky(P).T), np.sqrt(np.diag(np.linalg.inv(P)))[[3, 2 + g]]
+    z = rng.standard_normal((count, len(P)))
+    size = np.where(np.arange(count) % 2, 1.0, rng.uniform(0.05, 1, count))
+    z = (z * (size / np.linalg.norm(z, axis=1))[:, None]) @ root.T
+    v_r = rng.choice(f["speed"], count)
+    w_r = v_r * rng.choice([-1, 1], count) * k["curvature"]
+    *asked, _ = ask(data, of(v_r), of(w_r), [of(e) for e in z[:, :3].T])
+    told = [
+        np.column_stack([(1 - s) * z[:, i] + s * (u.low + u.high) / 2, z[:, i : i + g - 1]])
+        for i, u in zip((3, 2 + g), asked, strict=True)
+    ]
+    mean = np.array([p @ k[w][:g] for p, w in zip(told, ("v_weight", "w_weight"), strict=True)])
+    error = (2 * k["share"] * reach + [k["v_error"], k["w_error"]])[:, None]
+
+    def after(a, b):
+        e, h = z[:, :3].T, T / 5
+
+        def rates(e):
+            cos, sin = np.cos(e[2]), np.sin(e[2])
+            return np.array([v_r * (1 - cos) - a * cos + w_r * e[1], (v_r + a) * sin - w_r * e[0], -b])
+
+        for _ in range(5):
+            one = rates(e)
+            two = rates(e + h / 2 * one)
+            three = rates(e + h / 2 * two)
+            e = e + h / 6 * (one + 2 * two + 2 * three + rates(e + h * three))
+        now = np.column_stack([e.T, *(p[:, :-1] for p in told)])
+        return np.sqrt(np.einsum("ni,ij,nj->n", now, P, now))
+
+    worst = after(*(mean + rng.choice([-1, 1], mean.shape) * error)).max() - 1
+    return max(worst, (after(*mean) - (f["fall"] + FALL_SLACK) * np.maximum(size, f["inner"])).max())
+
+
+def leaves(data, path=()):
+    """The paths of all values of a file."""
+    if not isinstance(data, dict | list):
+        return [path]
+    items = data.items() if isinstance(data, dict) else enumerate(data)
+    return [leaf for key, value in items for leaf in leaves(value, (*path, key))]
+
+
+def mutated(data, rng):
+    """A copy of a file of which one value is another one, or not there; or whose region is larger."""
+    data = copy.deepcopy(data)
+    part = rng.choice(["loop", "V", "rules"])
+    if part == "V" and rng.random() < 0.5:
+        data["V"][0]["P"] = (np.array(data["V"][0]["P"]) / rng.uniform(1.1, 9)).tolist()
+        return data
+    paths = leaves(data[part], (part,))
+    *path, key = paths[rng.integers(len(paths))]
+    place = reduce(operator.getitem, path, data)
+    if rng.random() < 0.1:
+        del place[key]
+    elif isinstance(place[key], bool):
+        place[key] = not place[key]
+    elif isinstance(place[key], float | int):
+        grown = place[key] * rng.choice([-1, 0, 0.3, 0.7, 0.9, 0.97, 1.03, 1.1, 1.5, 3, 10])
+        place[key] = grown if grown != place[key] else place[key] + rng.choice([-1, 1, 0.1])
+        if "P" in path:
+            data["V"][0]["P"][key][path[-1]] = place[key]  # it stays symmetric
+    else:
+        place[key] = "mutated"
+    return data
+
+
+@pytest.mark.parametrize("count", [4, pytest.param(40, marks=pytest.mark.long)])
+def test_of_mutated_files_none_is_accepted_that_a_simulated_period_refutes(certificate, count):
+    data, rng = json.loads(json.dumps(contents(certificate))), np.random.default_rng(6)
+    (cell,) = data["V"]  # a third of the region, which takes few boxes
+    cell.update(P=(9 * np.array(cell["P"])).tolist(), inner=0.5)
+    about = StateLoop(data["loop"], cell)
+    cell["fall"] = 0.999 - about.past - about.off
+    assert excess(check(data), rng) < 0
+    held = 0
+    for _ in range(count):
+        changed = mutated(data, rng)
+        try:
+            check(changed)
+        except RefutedError:
+            continue
+        held += 1
+        assert excess(changed, rng) < 1e-12
+    assert 0 < held < count  # what the theorem does not read, and what says less
+
+
+@pytest.mark.parametrize("change", [faster, slower_filter, other_signs])
+def test_a_simulated_period_refutes_files_that_are_wrong(certificate, change):
+    # That the judge of the test above can refute
+    data = copy.deepcopy(contents(certificate))
+    change(data)
+    assert excess(data, np.random.default_rng(7)) > 1e-3
 
 
 @pytest.mark.parametrize("count", [500, pytest.param(20_000, marks=pytest.mark.long)])

@@ -47,7 +47,7 @@ def test_the_tables_are_those_of_the_code():
 
 @pytest.mark.long
 def test_its_programs_run(capsys):
-    for kind, text in snippets(PAGE):
+    for kind, text in snippets(PAGE, changed=False):
         if kind == "python":
             run_python(text, PAGE.name)
     said = capsys.readouterr().out
@@ -60,7 +60,7 @@ def test_its_programs_run(capsys):
 def test_its_commands_run(tmp_path, monkeypatch):
     pytest.importorskip("stable_baselines3", reason="needs stable-baselines3")
     monkeypatch.chdir(tmp_path)
-    for kind, text in snippets(PAGE):
+    for kind, text in snippets(PAGE, changed=False):
         if kind == "sh":
             run_commands(text)
     assert load_policy("mine.json").about["steps"] >= 20000
