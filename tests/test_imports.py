@@ -34,7 +34,7 @@ STAIRS = {
         plugins.predictive plugins.arena plugins.stress plugins.tuning plugins.datasheets
         plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
         plugins.thesis plugins.ablation plugins.shapes plugins.tasks plugins.identify plugins.films
-        plugins.mujoco
+        plugins.mujoco plugins.teampolicy
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
@@ -90,6 +90,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "reinforcement": ("arena",),
         "stress": (),
         "tasks": ("arena", "stress"),
+        "teampolicy": ("reactive", "reinforcement", "stress", "tasks"),
         "thesis": ("certificates", "encounters", "learning", "stress"),
         "tuning": (),
     },

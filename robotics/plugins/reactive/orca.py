@@ -178,15 +178,32 @@ def avoid_reciprocally(robot, gain, memory, command, work, known, i, table):  # 
     speed, course = wanted(robot, gain, memory, command, known, i)
     robots, points = known.heard.shape[2], work.points
     planes = points[2 * (3 * known.ranges.shape[0] + REMEMBERED_POINTS) :]
-    own, point = table[i % robots] + gain.point + gain.margin, gain.point
+    count = look_for_others(robot, gain, memory, known, i, table, points)
+    own = table[i % robots] + gain.point + gain.margin
+    course = around(memory, points, count, own, course, robot.heading, gain.clears)
+    ahead, left = avoiding_velocity(robot, gain, known, i, table, points, count, planes, speed, course)
+    tell(command, ahead, min(max(left / gain.point, -gain.quickest), gain.quickest))
+    tell_whereabouts(command.say.where, robot)
+
+
+@compiled_only
+def avoiding_velocity(robot, gain, known, i, table, points, count, planes, speed, course):  # type: ignore[no-untyped-def]
+    """The velocity of the point ahead of the axle that ORCA takes, in the robot's frame [m/s].
+
+    Args:
+        robot, gain, known, i, table: As an equation has them.
+        points, count: What is seen but for robots that are heard, in the robot's frame [m].
+        planes: Where half-planes are written.
+        speed, course: That are wanted [m/s] and [rad].
+    """
+    robots, point = known.heard.shape[2], gain.point
+    own = table[i % robots] + point + gain.margin
     cos, sin = math.cos(robot.heading), math.sin(robot.heading)
     v_x, v_y = robot.v * cos - point * robot.w * sin, robot.v * sin + point * robot.w * cos
-    count = look_for_others(robot, gain, memory, known, i, table, points)
     for n in range(count):
         ahead, left = points[2 * n] - point, points[2 * n + 1]
         dx, dy = cos * ahead - sin * left, sin * ahead + cos * left
         half_plane(planes, n, dx, dy, v_x, v_y, own, gain.horizon_seen, known.dt, 1.0)
-    course = around(memory, points, count, own, course, robot.heading, gain.clears)
     for j in range(robots):
         heard = OrcaHeard(known.heard, i, j)
         where = heard.said.where
@@ -203,8 +220,7 @@ def avoid_reciprocally(robot, gain, memory, command, work, known, i, table):  # 
     reached, x, y = best_within(planes, count, gain.fastest, speed * math.cos(course), speed * math.sin(course), False)
     if reached < count:
         x, y = least_violation(planes, count, reached, gain.fastest, x, y)
-    tell(command, cos * x + sin * y, min(max((cos * y - sin * x) / point, -gain.quickest), gain.quickest))
-    tell_whereabouts(command.say.where, robot)
+    return cos * x + sin * y, cos * y - sin * x
 
 
 @compiled_only
