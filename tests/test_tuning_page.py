@@ -22,7 +22,7 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
             name = re.match(r"# (\S+\.toml)", text)
             (tmp_path / name[1]).write_text(text, encoding="utf-8")
         else:
-            run_python(text, "tuning.md", changed=False)
+            run_python(text, "tuning.md")
     said = capsys.readouterr().out
     for words in ("fuzzy:rule_base=tuned/tracking.fis", "unseen scenarios", "laws on the front", "rule 7+9.weight"):
         assert words in said

@@ -152,7 +152,8 @@ def test_clearances_are_those_of_each_period():
         [[now.x, now.y, now.heading] for _, _, now in moments(Pupil(policy=plain()), CROSSING, periods=30)]
     )
     gaps, sizes = clearances(scenario.setting, poses[:, :, :2]), footprints(scenario.setting.robots)
-    others = robot_clearance(*np.ascontiguousarray(poses[:, :, :2].transpose(1, 0, 2)), sizes)
+    x, y, heading = np.ascontiguousarray(poses[:, :, :2].transpose(1, 0, 2))
+    others = robot_clearance(x, y, heading, sizes)
     assert (gaps <= others).all()
     alone = clearances(replace(scenario.setting, world=None), poses[:, :, :2])
     assert (alone == others).all()
