@@ -29,7 +29,7 @@ def answer(outcome: Outcome) -> list[str]:
         nobody = "No law leads: each fails in more than a quarter of the runs of some scenario."
         return [nobody, *said.failures(), said.protocol()]
     known = said.conditions()
-    found = [said.leader(), *said.crown(), *known, *said.distances(), *said.computing()]
+    found = [said.leader(), *said.fuzzy_or_nonlinear(), *known, *said.distances(), *said.computing()]
     found += [
         *([] if known else said.effort()),
         *said.failures(),
@@ -114,7 +114,7 @@ class _Said:
     def titles(self, places: Iterable[int]) -> list[str]:
         return [self.title(k) for k in places]
 
-    def crown(self) -> list[str]:
+    def fuzzy_or_nonlinear(self) -> list[str]:
         """Whether a fuzzy law leads those that do not predict: fuzzy or nonlinear?"""
         of_sort = {k: self.sort(k) for k in self.of.order}
         fuzzy = [k for k in self.of.order if of_sort[k] == "fuzzy"]
@@ -134,9 +134,10 @@ class _Said:
             text = f"These runs do not decide it: {against} {compared(ratio, self.title(mine))}"
             text += f", and less in {self.share(rival, mine)} of them"
         elif verdict == "better":
-            text = f"A fuzzy law keeps the crown: {against} {compared(ratio, self.title(mine))}"
+            text = f"A fuzzy law leads the entrants: {against} {compared(ratio, self.title(mine))}"
         else:
-            text = f"Fuzzy loses the crown: {best} {compared(self.of.pairs[mine, rival], self.title(rival))}"
+            text = f"A law that is not fuzzy leads the entrants: {best} "
+            text += compared(self.of.pairs[mine, rival], self.title(rival))
         if len(fuzzy) > 1:
             rows = [(self.title(k), compared(self.of.pairs[k, rival], self.title(rival))) for k in fuzzy[1:3]]
             text += "; " + listed(f"{title}, also fuzzy, {words}" for title, words in rows)

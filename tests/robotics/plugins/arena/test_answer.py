@@ -28,14 +28,17 @@ def interval(value, low, high):
 def test_fuzzy_wins():
     text = said(outcome({"fuzzy": noisy(1.0, 0), "lyapunov": noisy(1.3, 1), "lqr": noisy(1.6, 2)}))
     assert "Fuzzy leads" in text
-    assert "A fuzzy law keeps the crown: Lyapunov" in text
+    assert "A fuzzy law leads the entrants: Lyapunov" in text
     assert re.search(r"Lyapunov, the best that is neither fuzzy nor predicts, costs (29|30|31) % more than Fuzzy", text)
 
 
 def test_fuzzy_loses():
     text = said(outcome({"fuzzy": noisy(1.5, 0), "lyapunov": noisy(1.0, 1), "lqr": noisy(1.2, 2)}))
     assert "Lyapunov leads: its cost is the least, and LQR, the next, costs" in text
-    assert re.search(r"Fuzzy loses the crown: Fuzzy, the best fuzzy law, costs (49|50|51) % more than Lyapunov", text)
+    assert re.search(
+        r"A law that is not fuzzy leads the entrants: Fuzzy, the best fuzzy law, costs (49|50|51) % more than Lyapunov",
+        text,
+    )
 
 
 def test_two_that_are_alike_are_called_so():
@@ -59,7 +62,7 @@ def test_a_law_that_fails_stands_last_and_is_counted():
     text = said(found)
     assert found.order[-1] == 0
     assert "Lyapunov leads" in text
-    assert "Fuzzy loses the crown: Fuzzy, the best fuzzy law, fails" in text
+    assert "A law that is not fuzzy leads the entrants: Fuzzy, the best fuzzy law, fails" in text
     assert "Of 480 runs each, these failed: Fuzzy in 4.2 % (2.7 % to 6.3 %)" in text  # Wilson of 20 in 480
 
 
