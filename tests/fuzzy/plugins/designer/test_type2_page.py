@@ -51,8 +51,10 @@ def test_the_footprint_is_drawn_edited_undone_and_saved(browser, server):
     page.keyboard.press("Escape")
     drag(page, page.get_by_role("slider", name="poor: right foot"), (60, 0), release=True)
     page.wait_for_selector(".state.unsaved")
-    for _ in range(3):
-        page.get_by_role("button", name="Undo").click()
+    undo = page.get_by_role("button", name="Undo")
+    while undo.get_attribute("aria-disabled") == "false":  # quick edits of one term are one step
+        undo.click()
+        rest(page)
     page.wait_for_function("([at, d]) => document.querySelector(at).getAttribute('d') === d", arg=[foot, shape])
     page.get_by_role("button", name="Save").click()
     page.wait_for_selector(".state:not(.unsaved)")
