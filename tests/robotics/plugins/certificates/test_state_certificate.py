@@ -249,6 +249,7 @@ def noisy(certificate):
 
 def test_a_file_holds_for_less_noise_and_not_for_more(certificate):
     data = noisy(certificate)
+    said = data["V"][0]["noise"]
     for noise, holds in ((0.001, True), (0.0005, True), (0.002, False)):
         data["loop"].update(position_noise=noise, heading_noise=noise)
         if holds:
@@ -256,9 +257,9 @@ def test_a_file_holds_for_less_noise_and_not_for_more(certificate):
         else:
             with pytest.raises(RefutedError, match="noise"):
                 check(data)
-    data = noisy(certificate)
+    data["loop"].update(position_noise=0.001, heading_noise=0.001)
     for factor in (0.6, 30.0):  # less than it is, and more than V can bear
-        data["V"][0]["noise"] = [factor * n for n in noisy(certificate)["V"][0]["noise"]]
+        data["V"][0]["noise"] = [factor * n for n in said]
         with pytest.raises(RefutedError, match="noise"):
             check(data)
 
