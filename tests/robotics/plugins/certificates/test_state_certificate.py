@@ -203,7 +203,7 @@ def test_in_a_period_of_the_kinematics_v_falls_as_it_is_claimed(certificate, pro
 
 
 @pytest.mark.parametrize("program", [StateLoop, SpeedCell])
-@pytest.mark.parametrize(("noise", "turned"), [((0.001, 0.004), 0.0), ((0.002, 0.0), 1.0)])
+@pytest.mark.parametrize(("noise", "turned"), [((0.0002, 0.0008), 0.0), ((0.0004, 0.0), 1.0)])
 def test_noise_adds_what_it_does_in_a_period(certificate, program, noise, turned):
     k, (cell,), P = numbers_of(certificate.loop)["loop"], certificate.cells, np.array(certificate.cells[0]["P"])
     quiet, noisy = (program(k, {**cell, "noise": n}) for n in ([0.0, 0.0], [*noise]))
