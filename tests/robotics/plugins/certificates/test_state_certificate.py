@@ -236,10 +236,10 @@ def test_noise_moves_what_the_law_asks_for_by_no_more_than_its_slopes_say(certif
 
 
 def noisy(certificate):
-    """A file of half the region, which takes few boxes, with noise of 1 mm and 1 mrad."""
+    """A file of half the region, which takes few boxes, with noise of 0.2 mm and 0.2 mrad."""
     data, (cell,) = json.loads(json.dumps(contents(certificate))), certificate.cells
-    data["loop"].update(position_noise=0.001, heading_noise=0.001)
-    model = replace(certificate.loop.model, position_noise=0.001, heading_noise=0.001)
+    data["loop"].update(position_noise=0.0002, heading_noise=0.0002)
+    model = replace(certificate.loop.model, position_noise=0.0002, heading_noise=0.0002)
     P = 4 * np.array(cell["P"])
     cell = {**cell, "P": P.tolist(), "inner": 0.5}
     cell["noise"] = _noise_asked(replace(certificate.loop, model=model), P, tuple(cell["speed"]))
@@ -250,14 +250,14 @@ def noisy(certificate):
 def test_a_file_holds_for_less_noise_and_not_for_more(certificate):
     data = noisy(certificate)
     said = data["V"][0]["noise"]
-    for noise, holds in ((0.001, True), (0.0005, True), (0.002, False)):
+    for noise, holds in ((0.0002, True), (0.0001, True), (0.0004, False)):
         data["loop"].update(position_noise=noise, heading_noise=noise)
         if holds:
             check(data)
         else:
             with pytest.raises(RefutedError, match="noise"):
                 check(data)
-    data["loop"].update(position_noise=0.001, heading_noise=0.001)
+    data["loop"].update(position_noise=0.0002, heading_noise=0.0002)
     for factor in (0.6, 30.0):  # less than it is, and more than V can bear
         data["V"][0]["noise"] = [factor * n for n in said]
         with pytest.raises(RefutedError, match="noise"):
