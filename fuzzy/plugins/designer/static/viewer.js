@@ -86,8 +86,7 @@ export function render({ model, el }) {
     shown = [], // the rules that have a row, in the rows' order
     drawn = [0, 0], // of these, which are drawn
     held = false, // is the point under the hand?
-    looked = "", // the point that the rows were last brought into view for
-    ends = null;
+    looked = ""; // the point that the rows were last brought into view for
   const design = () => model.get("design"),
     viewer = () => model.get("viewer");
   const point = () => place.value("point", model.get("point"));
@@ -418,7 +417,7 @@ export function render({ model, el }) {
     if (width > 0 && JSON.stringify(inView()) !== JSON.stringify(drawn)) paint();
   });
   scroll.addEventListener("scroll", () => scrolled());
-  ends = [
+  const ends = [
     scrolled.cancel,
     watch(model, ["design"], () => build()),
     watch(model, ["viewer", "point"], () => {
