@@ -266,7 +266,7 @@ def test_a_file_holds_for_less_noise_and_not_for_more(certificate):
 
 @pytest.mark.long
 def test_no_start_with_noise_leaves_the_region():
-    model = replace(NARROW, position_noise=0.003, heading_noise=0.003)
+    model = replace(NARROW, position_noise=0.001, heading_noise=0.001)
     found = certify_states(closed_loop("fuzzy-correcting", ETSRO, model), 1.0)
     assert isinstance(found, StateCertificate), found
     seen = simulate_starts(found, ETSRO, 4000, duration=4.0)
