@@ -20,7 +20,7 @@ from robotics.plugins.certificates.loopcolumns import LoopColumns
 from robotics.plugins.certificates.loopmodel import ClosedLoop
 from robotics.plugins.certificates.regions import LoopCertificate, SearchEffort, cells_of, certify_loop, where
 from robotics.plugins.certificates.starts import asked
-from robotics.plugins.certificates.statechecker import FALL_SLACK
+from robotics.plugins.certificates.statechecker import FALL_SLACK, check_states
 from robotics.plugins.certificates.statedecrease import StateLoop, check_cell
 from robotics.plugins.certificates.wheels import WINDOW, Drives
 
@@ -30,6 +30,7 @@ _ENDS = (0.9, 0.75, 0.55, 0.4)  # √V in the end, of the region's
 _GAINS = (1.0, 1.0), (1.3, 1.1)  # by how much more of a and b the law may ask for, too, in what it must fall for
 _ASIDE = 0.13  # of v_r: by how much more or less a robot may drive in what a candidate must fall for
 _USUAL = (0.08, 0.12, 0.5, 0.1, 1.0)  # X [m], Y [m], ψ [rad], corrections [m/s] and [rad/s] that count as much
+_NOISE = 1.25  # times what noise is seen to change of what the law asks for
 _INNER = 0.03  # √V, of the region's, below which the checker asks for no fall
 _TOO_SLOW = "no quadratic function of the errors and of the commands on their way is seen to fall"
 
@@ -146,6 +147,11 @@ def certify_states(loop: ClosedLoop, seconds: float) -> StateCertificate | str:
         cells.append(found[0])
         added.append(found[1])
         boxes += found[2]
+    if loop.model.noise.any():  # what it changes is proven by the checker alone
+        try:
+            check_states(numbers | {"V": cells})
+        except RefutedError as error:
+            return str(error)
     past, off = np.array(added).T
     return StateCertificate(loop, tuple(cells), past, off, boxes)
 
@@ -169,8 +175,9 @@ def _cell(
             volume = np.linalg.det(scaled[:3, :3]) ** -0.5
             if volume < 1.1 * greatest or (best and time.monotonic() > until):
                 break
+            noise = _noise_asked(loop, scaled, speed)
             for end in _ENDS:
-                cell = {"speed": list(speed), "P": scaled.tolist(), "fall": fall, "inner": _INNER}
+                cell = {"speed": list(speed), "P": scaled.tolist(), "fall": fall, "inner": _INNER, "noise": noise}
                 try:
                     near = StateLoop(numbers["loop"], cell)
                     cell["fall"] = 1 - FALL_SLACK - near.past - near.off / end
@@ -182,6 +189,20 @@ def _cell(
             if greatest == volume:
                 break
     return best or why
+
+
+def _noise_asked(loop: ClosedLoop, P: np.ndarray, speed: tuple[float, float]) -> list[float]:
+    """By how much noise is seen to change what the law asks for in V <= 1, v [m/s] and ω [rad/s], and more."""
+    if not (noise := loop.model.noise).any():
+        return [0.0, 0.0]
+    rng, corners = np.random.default_rng(0), np.array([*itertools.product((-1.0, 1.0), repeat=3)]) * noise
+    z = rng.standard_normal((500, 3))
+    z *= rng.random((500, 1)) ** (1 / 3) / np.linalg.norm(z, axis=1, keepdims=True)
+    z = z @ np.linalg.cholesky(np.linalg.inv(P)[:3, :3]).T
+    v = rng.choice(speed, 500)
+    w = v * rng.choice([-1, 1], 500) * loop.model.curvature
+    there = np.array(asked(loop, z, v, w))
+    return (_NOISE * np.max([abs(asked(loop, z + n, v, w) - there) for n in corners], axis=(0, 2))).tolist()
 
 
 def _step(loop: ClosedLoop, v: float, w: float, off: float, gain: np.ndarray) -> np.ndarray:

@@ -59,6 +59,11 @@ class LoopModel:
                 f"speed_low must be at most speed_high, {self.speed_high:g} m/s; got {self.speed_low:g} m/s"
             )
 
+    @property
+    def noise(self) -> np.ndarray:
+        """Bounds of the noise of X [m], Y [m] and ψ [rad] (3,)."""
+        return np.array([self.position_noise, self.position_noise, self.heading_noise])
+
 
 @dataclass(frozen=True, eq=False)
 class ClosedLoop:

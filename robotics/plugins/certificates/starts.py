@@ -88,8 +88,7 @@ def follow(
         errors.append(z)
         angle, far = rng.uniform(-np.pi, np.pi, n), rng.choice([1.0, rng.random()], n)
         noise = np.array([np.cos(angle) * far, np.sin(angle) * far, rng.choice([-1, 1], n) * far]).T
-        noise *= np.array([model.position_noise, model.position_noise, model.heading_noise])
-        wanted = np.array(asked(loop, z + noise, v_r, w_r))
+        wanted = np.array(asked(loop, z + noise * model.noise, v_r, w_r))
         # Behind a low-pass: the correction of the reference's velocity, of which it keeps what can be driven
         wanted = fresh * wanted + (1 - fresh) * commands[-1]
         commands.append(np.array(plant.saturate(limits, *wanted)))

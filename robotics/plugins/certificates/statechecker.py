@@ -20,8 +20,7 @@ from robotics.plugins.certificates.checker import RefutedError
 STATES_FORMAT = "fuzzyfleet loop certificate of states 1"
 FALL_SLACK = 1e-4  # σ: what is claimed of √V is a fall by ``fall`` and this
 _BOXES, _PIECE, _LEAST, _SYMBOLS = 300_000, 4096, 1e-6, 5  # boxes at most; how many at once; parts of the whole
-_UNIT, _TINY = 4e-16, 1e-300  # more than one rounding, relative and absolute
-_FUNCTION = 2e-15  # the same of cos and sin
+_UNIT, _TINY, _FUNCTION = 4e-16, 1e-300, 2e-15  # more than one rounding, relative and absolute; that of cos and sin
 _DEGREE, _DERIVATIVE = 2e-12, 1e-9  # relative: more than a degree of membership is off, and than its derivative
 
 
@@ -81,8 +80,8 @@ class Slopes:
 
     def __init__(self, at, slope=None):
         self.at, self.slope = at, MidRad(np.zeros((_SYMBOLS, *at.middle.shape))) if slope is None else slope
-        radius = at.radius + (np.abs(self.slope.middle) + self.slope.radius).sum(axis=0)
-        self.range = MidRad(at.middle, radius * (1 + 8 * _UNIT))  # f over the box
+        self.moves = (np.abs(self.slope.middle) + self.slope.radius).sum(axis=0) * (1 + 8 * _UNIT)  # f - at, at most
+        self.range = MidRad(at.middle, (at.radius + self.moves) * (1 + 8 * _UNIT))  # f over the box
 
     def __add__(self, other):
         return Slopes(self.at + other.at, self.slope + other.slope) if isinstance(other, Slopes) else self + some(other)
@@ -105,9 +104,9 @@ class Slopes:
 
     def cos_sin(self):
         """The cosine and the sine."""
-        (cos, sin), at, over = (np.cos, np.sin), self.at, self.range
-        at = [MidRad(f(at.middle), at.radius + _FUNCTION) for f in (cos, sin)]
-        over = [MidRad(f(over.middle), over.radius + _FUNCTION) for f in (cos, sin)]
+        at, over = (
+            [MidRad(f(b.middle), b.radius + _FUNCTION) for f in (np.cos, np.sin)] for b in (self.at, self.range)
+        )
         return Slopes(at[0], -over[1] * self.slope), Slopes(at[1], over[0] * self.slope)
 
 
@@ -283,6 +282,29 @@ def root(square):
     return Fraction(float(np.sqrt(float(square))) * (1 + 1e-14) + 1e-150)
 
 
+def asked(d, boxes, noise=None):
+    """X, Y, ψ, v_r and curvature over boxes (2, 5, n), what the law asks for, and where that cannot be said.
+
+    With ``noise`` (5, 1) the symbols are the noise of each, about any point of a box, which is a ball then.
+    """
+    k, middle = d["loop"], boxes.mean(axis=0)
+    half = np.maximum(boxes[1] - middle, middle - boxes[0]) * (1 + _UNIT)
+    about, along = (0 * half, half) if noise is None else (half, noise + 0 * half)
+    parts = zip(middle, about, along, np.eye(_SYMBOLS), strict=True)
+    x, y, psi, v_r, bend = z = [Slopes(MidRad(m, r), MidRad(h * e[:, None])) for m, r, h, e in parts]
+    (cos, sin), w_r = psi.cos_sin(), v_r * bend
+    x_err, y_err = cos * x - sin * y, sin * x + cos * y
+    if d["rules"] is None:
+        out, hole = {"dv": x_err * k["kx"], "bend": y_err * k["ky"] + sin * k["kpsi"]}, False
+    else:
+        known = {"x_err": x_err, "y_err": y_err, "heading_err": psi, "target_v": v_r, "target_w": w_r}
+        out, hole = infer(d["rules"], [known[i["quantity"]] for i in d["rules"]["inputs"]])
+    a = out.get("dv", some(0.0)) - v_r * (1 - cos)
+    v = v_r + a
+    speed = -least(-v_r, -least(-least(v, -v), some(k["catch_up"])))  # max(v_r, min(|v|, catch_up))
+    return z, a, out.get("dw", some(0.0)) + speed * out.get("bend", some(0.0)), hole | (psi.range.size > 3.1)
+
+
 class SpeedCell:
     """The loop about one range of the reference's speed, ζ(k+1) = A ζ + G r + d: what is known of it."""
 
@@ -319,61 +341,51 @@ class SpeedCell:
             ends = [np.array(e) @ columns for e in itertools.product(*((-e, e) for e in (*means, x, y)))]
             return root(max(d @ P[:3, :3] @ d for d in ends))
 
-        self.past, self.added = norm(*hulls, 2 * k["share"] * reach), norm(*more, off)
+        # Noise in what the law asks for; the heading turns its part in the mean of a
+        noise, change = exact(f.get("noise", [0, 0])), step.T @ P @ step
+        turned = [T * mean_a[n] * Fraction(self.whole[2]) * noise[0]] * 2
+        ends = [np.array(e) for e in itertools.product(*((-e, e) for e in (*noise, *turned)))]
+        by_noise, self.noise = root(max(e @ change[n:, n:] @ e for e in ends)), noise.astype(float)
+        self.past, self.added = norm(*hulls, 2 * k["share"] * reach), norm(*more, off) + by_noise
         if not fall + Fraction(FALL_SLACK) + self.past + self.added < 1:
             by = f"√V by {float(self.past):.2g} of what it was and {float(self.added):.2g}"
-            raise RefutedError(f"what the wheels may differ keeps V from falling: {by}")
-        change = step.T @ P @ step
+            raise RefutedError(f"what the wheels may differ, or noise, keeps V from falling: {by}")
         change[:n, :n] -= fall**2 * P
         self.form = eliminated(change, behind, -1).astype(float)
         # The mean of a, with r's u_a apart, over all ζ with a posture and V <= 1: ahead'δ within aside √(1 − δ'Nδ)
         form = eliminated(np.block([[P, mean_a[:n, None]], [mean_a[None, :n], exact([[0]])]]), behind, 1)
-        self.near, self.ahead, self.aside = (
-            form[:3, :3].astype(float),
-            form[3, :3].astype(float),
-            float(root(-form[3, 3])),
-        )
+        self.near, self.ahead = form[:3, :3].astype(float), form[3, :3].astype(float)
+        self.aside = float(root(-form[3, 3]))
         self.mean_error, self.fresh, self.period = float(2 * k["share"] * reach[0] + off[0]), float(mean_a[n]), float(T)
         self.any_a, self.any_b = float(A) * (1 + _UNIT), float(B) * (1 + _UNIT)
         self.slack = 2 * FALL_SLACK * f["fall"] * f["inner"] ** 2 * (1 - 1e-12)
 
     def signals(self, d, boxes):
         """δ, what the law asks for and what the kinematics adds over boxes (2, 5, n); and where that cannot be said."""
-        k, T, B = d["loop"], self.period, self.any_b
-        middle = boxes.mean(axis=0)
-        half = np.maximum(boxes[1] - middle, middle - boxes[0]) * (1 + _UNIT)
-        x, y, psi, v_r, bend = (
-            Slopes(MidRad(m), MidRad(h * e[:, None])) for m, h, e in zip(middle, half, np.eye(_SYMBOLS), strict=True)
-        )
-        cos, sin = psi.cos_sin()
-        w_r = v_r * bend
-        x_err, y_err = cos * x - sin * y, sin * x + cos * y
-        if d["rules"] is None:
-            out, hole = {"dv": x_err * k["kx"], "bend": y_err * k["ky"] + sin * k["kpsi"]}, False
-        else:
-            known = {"x_err": x_err, "y_err": y_err, "heading_err": psi, "target_v": v_r, "target_w": w_r}
-            out, hole = infer(d["rules"], [known[i["quantity"]] for i in d["rules"]["inputs"]])
-        a = out.get("dv", some(0.0)) - v_r * (1 - cos)
-        v = v_r + a
-        speed = -least(-v_r, -least(-least(v, -v), some(k["catch_up"])))  # max(v_r, min(|v|, catch_up))
-        b = out.get("dw", some(0.0)) + speed * out.get("bend", some(0.0))
+        T, B, ((x, y, psi, v_r, bend), a, b, bad) = self.period, self.any_b, asked(d, boxes)
+        (cos, sin), w_r = psi.cos_sin(), v_r * bend
         level = -greatest(-self.near, [x, y, psi])[0]
         aside = (self.aside * np.sqrt(np.maximum(1 - level, 0)) + self.mean_error) * (1 + 1e-12)
         mean_a = sum((z * g for z, g in zip((x, y, psi), self.ahead, strict=True)), a * self.fresh) + MidRad(0.0, aside)
         fast, turn, far, w = v_r.range.size, w_r * T, psi.range.size, w_r.range.size
-        turned, rotated = turn.cos_sin()
-        whole = (v_r + mean_a) * T
+        (turned, rotated), whole = turn.cos_sin(), (v_r + mean_a) * T
         # What is in proportion to ψ of the way that is driven while the heading, or the reference's, turns
         more_x = T * T / 2 * ((fast + self.any_a) * B + w * fast) * (1 + 1e-12)
         more_y = (T**3 * B * B / 6 * fast + fast * far * T * T / 4 * B + T * T / 2 * w * fast) * (1 + 1e-12)
         n_x = whole * (1 - cos) + (turned - 1.0) * x + rotated * y + psi * MidRad(0.0, more_x)
         n_y = whole * sin - rotated * x + (turned - 1.0) * y + psi * MidRad(0.0, more_y)
-        return [x, y, psi, a, b, n_x, n_y], level, hole | (far > 3.1)
+        return [x, y, psi, a, b, n_x, n_y], level, bad
+
+    def moved(self, d, boxes, noise):
+        """Where noise (5, 1) may change what the law asks for by more than is said."""
+        _, a, b, bad = asked(d, boxes, noise)
+        return bad | ~((a.moves <= self.noise[0]) & (b.moves <= self.noise[1]))
 
     def grows(self, d, boxes):
         """Over which boxes V may be 1 at most and not fall, and what each side adds to what is not known."""
+        noise = np.array([[d["loop"][f"{n}_noise"]] for n in ("position", "position", "heading")] + [[0], [0]])
         signals, level, bad = self.signals(d, boxes)
-        value, sides = greatest(self.form, signals)
+        bad, (value, sides) = bad | (noise.any() and self.moved(d, boxes, noise)), greatest(self.form, signals)
         return ~(level > 1) & (bad | ~(value <= self.slack)), sides
 
 
@@ -407,8 +419,8 @@ def check_states(d):
     k, speeds = d["loop"], [float(end) for f in d["V"] for end in f["speed"]]
     if not (groups := int(k["groups"])) == k["groups"] >= 2 or k["last"][:groups] != [*range(groups)]:
         raise RefutedError("ages of commands are not those of the states")
-    if any(k[n] for n in ("v_rate", "w_rate", "position_noise", "heading_noise")):
-        raise RefutedError("noise and references that change are not covered")
+    if k["v_rate"] or k["w_rate"]:
+        raise RefutedError("references that change are not covered")
     for f in d["V"]:
         P, (low, high) = np.array(f["P"], float), f["speed"]
         if P.shape != (2 * groups + 1,) * 2 or (P != P.T).any() or not (0.5 < f["fall"] < 1 and 0 < f["inner"] < 1):
@@ -436,7 +448,7 @@ def _prove(d, cell, low, high):
             wrong = middles[0][:, cell.grows(d, middles)[0]]
             if count > _BOXES or wrong.size or ((boxes[1] - boxes[0]) / whole)[axis, n].min() < _LEAST:
                 place = (wrong if wrong.size else boxes.mean(axis=0))[:, 0].round(4).tolist()
-                raise RefutedError(f"V is not seen to fall at X, Y, ψ, v_r, curvature = {place}")
+                raise RefutedError(f"V is not seen to fall, or noise to be small, at X, Y, ψ, v_r, curvature = {place}")
         halves = np.array([boxes, boxes])
         halves[0, 1, axis, n] = halves[1, 0, axis, n] = boxes[:, axis, n].mean(axis=0)
         boxes = np.concatenate([rest, *halves], axis=2)

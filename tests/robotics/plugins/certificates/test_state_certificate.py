@@ -1,6 +1,7 @@
 """The certificate whose states are the commands on their way, too: enclosures, one period by an integrator, starts."""
 
 import copy
+import itertools
 import json
 import operator
 from dataclasses import replace
@@ -21,7 +22,7 @@ from robotics.plugins.certificates.certificate import CertificateError
 from robotics.plugins.certificates.certificatefile import _rules, contents, numbers_of, write_certificate
 from robotics.plugins.certificates.checker import RefutedError, ask, of
 from robotics.plugins.certificates.checkfile import check
-from robotics.plugins.certificates.commandstates import StateCertificate, certified, certify_states
+from robotics.plugins.certificates.commandstates import StateCertificate, _noise_asked, certified, certify_states
 from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
 from robotics.plugins.certificates.regions import QUICK_EFFORT
 from robotics.plugins.certificates.starts import asked, simulate_starts, wheels_in_region
@@ -33,6 +34,7 @@ from robotics.plugins.certificates.statechecker import (
     eliminated,
     exact,
 )
+from robotics.plugins.certificates.statechecker import asked as asked_over
 from robotics.plugins.certificates.statechecker import infer as infer_by_slopes
 from robotics.plugins.certificates.statechecker import least as lesser
 from robotics.plugins.certificates.statedecrease import AFFINE_SYMBOLS, Affine, StateLoop, infer, positive
@@ -162,11 +164,28 @@ def certificate():
     return found
 
 
+def after_period(k, z, u, reference, error=0.0, most=0.0, signs=0.0):
+    """The states after a period by an integrator, of wheels that differ by ``error`` and ramp to ``most``."""
+    T, s, w, (v_r, w_r) = k["period"], k["fresh"], np.array([k["v_weight"][:3], k["w_weight"][:3]]), reference
+    told = np.array([[(1 - s) * z[3] + s * u[0], *z[3:5]], [(1 - s) * z[5] + s * u[1], *z[5:]]])
+    mean = (w * told).sum(axis=1) + error
+    ramp = signs * np.maximum(most - abs(mean), 0)  # of a and b in the period, to what they may be
+
+    def rates(t, e):
+        a, b = mean + ramp * (2 * t / T - 1)
+        cos, sin = np.cos(e[2]), np.sin(e[2])
+        return [v_r * (1 - cos) - a * cos + w_r * e[1], (v_r + a) * sin - w_r * e[0], -b]
+
+    end = solve_ivp(rates, (0, T), z[:3], rtol=1e-10, atol=1e-12).y[:, -1]
+    return np.concatenate([end, told[0, :2], told[1, :2]])
+
+
 @pytest.mark.parametrize("program", [StateLoop, SpeedCell])
 def test_in_a_period_of_the_kinematics_v_falls_as_it_is_claimed(certificate, program):
     rng, loop, k = np.random.default_rng(0), certificate.loop, numbers_of(certificate.loop)["loop"]
-    (cell,), T, s, w = certificate.cells, k["period"], k["fresh"], np.array([k["v_weight"][:3], k["w_weight"][:3]])
+    (cell,) = certificate.cells
     P, about = np.array(cell["P"]), program(k, cell)
+    most = np.array([about.a, about.b] if program is StateLoop else [about.any_a, about.any_b])
     root, reach = np.linalg.inv(np.linalg.cholesky(P).T), np.sqrt(np.diag(np.linalg.inv(P)))[[3, 5]]
     falls = []
     for _ in range(120):
@@ -174,24 +193,86 @@ def test_in_a_period_of_the_kinematics_v_falls_as_it_is_claimed(certificate, pro
         z = root @ z * rng.uniform(0.2, 1) / np.linalg.norm(z)
         v_r, w_r = (v := rng.uniform(*cell["speed"])), v * rng.choice([-1, 1]) * NARROW.curvature
         u = np.concatenate(asked(loop, z[None, :3], np.array([v_r]), np.array([w_r]))) - [v_r, w_r]
-        told = np.array([[(1 - s) * z[3] + s * u[0], *z[3:5]], [(1 - s) * z[5] + s * u[1], *z[5:]]])
-        error = 2 * k["share"] * reach + [k["v_error"], k["w_error"]]
-        mean = (w * told).sum(axis=1) + rng.choice([-1, 1], 2) * error
-        most = np.array([about.a, about.b] if program is StateLoop else [about.any_a, about.any_b])
-        ramp = rng.choice([-1, 1], 2) * np.maximum(most - abs(mean), 0)  # of a and b in the period, to what they may be
-
-        def rates(t, e, mean=mean, ramp=ramp, v_r=v_r, w_r=w_r):
-            a, b = mean + ramp * (2 * t / T - 1)
-            cos, sin = np.cos(e[2]), np.sin(e[2])
-            return [v_r * (1 - cos) - a * cos + w_r * e[1], (v_r + a) * sin - w_r * e[0], -b]
-
-        end = solve_ivp(rates, (0, T), z[:3], rtol=1e-10, atol=1e-12).y[:, -1]
-        after = np.concatenate([end, told[0, :2], told[1, :2]])
+        error = rng.choice([-1, 1], 2) * (2 * k["share"] * reach + [k["v_error"], k["w_error"]])
+        after = after_period(k, z, u, (v_r, w_r), error, most, rng.choice([-1, 1], 2))
         before, now = np.sqrt(z @ P @ z), np.sqrt(after @ P @ after)
         added = about.off if program is StateLoop else about.added
         assert now <= (cell["fall"] + FALL_SLACK) * before + about.past + added
         falls.append(now / before)
     assert max(falls) > 0.95  # that the test is not about nothing
+
+
+@pytest.mark.parametrize("program", [StateLoop, SpeedCell])
+@pytest.mark.parametrize(("noise", "turned"), [((0.0002, 0.0008), 0.0), ((0.0004, 0.0), 1.0)])
+def test_noise_adds_what_it_does_in_a_period(certificate, program, noise, turned):
+    k, (cell,), P = numbers_of(certificate.loop)["loop"], certificate.cells, np.array(certificate.cells[0]["P"])
+    quiet, noisy = (program(k, {**cell, "noise": n}) for n in ([0.0, 0.0], [*noise]))
+    added = float(noisy.off - quiet.off) if program is StateLoop else float(noisy.added - quiet.added)
+    state, seen = np.array([0.0, 0.0, turned * float(quiet.whole[2]), 0.0, 0.0, 0.0, 0.0]), []
+    for signs in itertools.product((-1, 1), repeat=2):
+        ends = [after_period(k, state, u, (0.31, 0.0)) for u in (np.zeros(2), np.multiply(signs, noise))]
+        change = ends[1] - ends[0]
+        seen.append(np.sqrt(change @ P @ change))
+    assert 0.7 * added < max(seen) < 1.001 * added
+
+
+def test_noise_moves_what_the_law_asks_for_by_no_more_than_its_slopes_say(certificate):
+    loop, rng = certificate.loop, np.random.default_rng(4)
+    middle = rng.uniform(-1, 1, (5, 300)) * [[0.05], [0.1], [0.4], [0.01], [0.2]] + [[0], [0], [0], [0.31], [0]]
+    noise = np.array([0.003, 0.003, 0.005, 0, 0])[:, None]
+    for width in (0.0, 0.002):
+        _, *over, bad = asked_over(numbers_of(loop), np.array([middle - width, middle + width]), noise)
+        most = np.zeros((2, 300))
+        for _ in range(100):
+            *z, v, bend = middle + width * rng.uniform(-1, 1, middle.shape)
+            to = np.array(z) + noise[:3] * rng.choice([-1, 1, 0.5], (3, 300))
+            most = np.maximum(
+                most, abs(np.subtract(asked(loop, to.T, v, v * bend), asked(loop, np.array(z).T, v, v * bend)))
+            )
+        said = np.array([f.moves for f in over])
+        assert not bad.any()
+        assert (most <= said).all()
+        assert np.median(said / most) < 1.2  # as sharp as it need be
+
+
+def noisy(certificate):
+    """A file of half the region, which takes few boxes, with noise of 0.2 mm and 0.2 mrad."""
+    data, (cell,) = json.loads(json.dumps(contents(certificate))), certificate.cells
+    data["loop"].update(position_noise=0.0002, heading_noise=0.0002)
+    model = replace(certificate.loop.model, position_noise=0.0002, heading_noise=0.0002)
+    P = 4 * np.array(cell["P"])
+    cell = {**cell, "P": P.tolist(), "inner": 0.5}
+    cell["noise"] = _noise_asked(replace(certificate.loop, model=model), P, tuple(cell["speed"]))
+    about = StateLoop(data["loop"], cell)
+    return data | {"V": [{**cell, "fall": 0.999 - about.past - about.off}]}
+
+
+def test_a_file_holds_for_less_noise_and_not_for_more(certificate):
+    data = noisy(certificate)
+    said = data["V"][0]["noise"]
+    for noise, holds in ((0.0002, True), (0.0001, True), (0.0004, False)):
+        data["loop"].update(position_noise=noise, heading_noise=noise)
+        if holds:
+            check(data)
+        else:
+            with pytest.raises(RefutedError, match="noise"):
+                check(data)
+    data["loop"].update(position_noise=0.0002, heading_noise=0.0002)
+    for factor in (0.6, 30.0):  # less than it is, and more than V can bear
+        data["V"][0]["noise"] = [factor * n for n in said]
+        with pytest.raises(RefutedError, match="noise"):
+            check(data)
+
+
+@pytest.mark.long
+def test_no_start_with_noise_leaves_the_region():
+    model = replace(NARROW, position_noise=0.001, heading_noise=0.001)
+    found = certify_states(closed_loop("fuzzy-correcting", ETSRO, model), 1.0)
+    assert isinstance(found, StateCertificate), found
+    seen = simulate_starts(found, ETSRO, 4000, duration=4.0)
+    assert seen.greatest.max() <= 1 + 1e-9
+    assert seen.last.max() <= found.ultimate
+    assert wheels_in_region(found, ETSRO) == ""
 
 
 def test_prover_and_checker_have_the_same_loop(certificate):
@@ -248,6 +329,7 @@ def other_signs(data):
         lambda d: d["loop"].update(speed_high=0.5),
         lambda d: d["loop"].update(curvature=20.0),
         lambda d: d["loop"].update(position_noise=0.01),
+        lambda d: d["loop"].update(w_rate=0.01),
         lambda d: d["loop"].update(last=[0.0, 3.0, 9.0, *[0.0] * 5]),
         lambda d: d["V"][0].update(speed=[0.3, 0.6]),
         lambda d: d["V"].clear(),
@@ -266,7 +348,7 @@ def test_a_file_that_says_more_is_refuted(certificate, change):
 def excess(data, rng, count=4000):
     """By how much √V is at a sample above what a file says of the one before, at the worst of random states.
 
-    Of the region, with wheels that differ from the mean as they may; and of ``fall``, with wheels that do not. The
+    Of the region, with noise and wheels that differ from the mean as they may; and of ``fall``, with neither. The
     period is integrated by Runge and Kutta, the law is that of the loop checker at points.
     """
     k, (f,) = data["loop"], data["V"]
@@ -277,15 +359,16 @@ def excess(data, rng, count=4000):
     z = (z * (size / np.linalg.norm(z, axis=1))[:, None]) @ root.T
     v_r = rng.choice(f["speed"], count)
     w_r = v_r * rng.choice([-1, 1], count) * k["curvature"]
-    *asked, _ = ask(data, of(v_r), of(w_r), [of(e) for e in z[:, :3].T])
-    told = [
-        np.column_stack([(1 - s) * z[:, i] + s * (u.low + u.high) / 2, z[:, i : i + g - 1]])
-        for i, u in zip((3, 2 + g), asked, strict=True)
-    ]
-    mean = np.array([p @ k[w][:g] for p, w in zip(told, ("v_weight", "w_weight"), strict=True)])
-    error = (2 * k["share"] * reach + [k["v_error"], k["w_error"]])[:, None]
+    quiet = data | {"loop": k | {"position_noise": 0.0, "heading_noise": 0.0}}
+    noise = np.array([k["position_noise"], k["position_noise"], k["heading_noise"]]) * rng.choice([-1, 1], (count, 3))
 
-    def after(a, b):
+    def after(noise, error):
+        *asked, _ = ask(quiet, of(v_r), of(w_r), [of(e) for e in (z[:, :3] + noise).T])
+        told = [
+            np.column_stack([(1 - s) * z[:, i] + s * (u.low + u.high) / 2, z[:, i : i + g - 1]])
+            for i, u in zip((3, 2 + g), asked, strict=True)
+        ]
+        a, b = np.array([p @ k[w][:g] for p, w in zip(told, ("v_weight", "w_weight"), strict=True)]) + error
         e, h = z[:, :3].T, T / 5
 
         def rates(e):
@@ -300,8 +383,9 @@ def excess(data, rng, count=4000):
         now = np.column_stack([e.T, *(p[:, :-1] for p in told)])
         return np.sqrt(np.einsum("ni,ij,nj->n", now, P, now))
 
-    worst = after(*(mean + rng.choice([-1, 1], mean.shape) * error)).max() - 1
-    return max(worst, (after(*mean) - (f["fall"] + FALL_SLACK) * np.maximum(size, f["inner"])).max())
+    error = (2 * k["share"] * reach + [k["v_error"], k["w_error"]])[:, None] * rng.choice([-1, 1], (2, count))
+    worst = after(noise, error).max() - 1
+    return max(worst, (after(0.0, 0.0) - (f["fall"] + FALL_SLACK) * np.maximum(size, f["inner"])).max())
 
 
 def leaves(data, path=()):
@@ -338,11 +422,7 @@ def mutated(data, rng):
 
 @pytest.mark.parametrize("count", [4, pytest.param(40, marks=pytest.mark.long)])
 def test_of_mutated_files_none_is_accepted_that_a_simulated_period_refutes(certificate, count):
-    data, rng = json.loads(json.dumps(contents(certificate))), np.random.default_rng(6)
-    (cell,) = data["V"]  # a third of the region, which takes few boxes
-    cell.update(P=(9 * np.array(cell["P"])).tolist(), inner=0.5)
-    about = StateLoop(data["loop"], cell)
-    cell["fall"] = 0.999 - about.past - about.off
+    data, rng = noisy(certificate), np.random.default_rng(6)
     assert excess(check(data), rng) < 0
     held = 0
     for _ in range(count):
