@@ -35,8 +35,7 @@ class TreeSpace:
     def unreached(self, x: np.ndarray) -> tuple[str, ...]:
         """The names of the parameters of which the tree's inputs ``x`` (points, inputs) say too little."""
         with warnings.catch_warnings(action="ignore"):  # of points outside the universe
-            values = self.fis.values(x)
-        asked = (np.stack([values[k] for k in wires], axis=-1) for wires in self.fis.wires)
+            asked = _asked(self.fis, x)
         return tuple(chain.from_iterable(s.unreached(points) for s, points in zip(self.spaces, asked, strict=True)))
 
 
@@ -45,13 +44,21 @@ def tree_space(
 ) -> TreeSpace:
     """What may move of a tree; see :meth:`Tree.search_space`."""
     spaces = []
-    values, spread = (fis.values(data[0]), np.ptp(data[1], axis=0)) if data else (None, [])
-    known = dict(zip(fis.answers or (), spread, strict=True)) if data else dict.fromkeys(fis.answers or ())
-    for name, wires in zip(fis.order, fis.wires, strict=True):
+    asked = _asked(fis, data[0]) if data else [None] * len(fis.order)
+    known = (
+        dict(zip(fis.answers or (), np.ptp(data[1], axis=0), strict=True)) if data else dict.fromkeys(fis.answers or ())
+    )
+    for name, points in zip(fis.order, asked, strict=True):
         part, reach = fis.systems[name], None
-        if values is not None:
+        if points is not None:
             spans = [known.get(f"{name}/{v.name}", v.universe[1] - v.universe[0]) for v in part.outputs]
-            reach = reach_of(part, np.stack([values[k] for k in wires], axis=-1), np.array(spans))
+            reach = reach_of(part, points, np.array(spans))
         taken = [v.name for v in part.outputs if f"{name}/{v.name}" not in known]  # by other systems' universes
         spaces.append(SystemSpace(part, move or MOVED, symmetric, f"{name}/", reach, taken))
     return TreeSpace(fis, move or MOVED, tuple(spaces))
+
+
+def _asked(fis: Any, x: np.ndarray) -> list[np.ndarray]:
+    """The inputs (points, inputs) of each system at the tree's inputs ``x`` (points, inputs)."""
+    values = fis.values(x)
+    return [np.stack([values[k] for k in wires], axis=-1) for wires in fis.wires]

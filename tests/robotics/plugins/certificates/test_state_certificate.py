@@ -44,15 +44,20 @@ from tests.robotics.world.vehicle.etsro import ETSRO
 pytest.importorskip("cvxpy")
 
 
+def inputs_drawn(seed, least):
+    """Linear functions of two inputs over 20 boxes, and points of each: middle, slope, signs of the symbols, points."""
+    rng = np.random.default_rng(seed)
+    middle, half = rng.uniform(-1.8, 1.8, (2, 20)), 10.0 ** rng.uniform(least, -0.3, 20)
+    slope = rng.uniform(-1, 1, (2, AFFINE_SYMBOLS, 20)) * half
+    signs = rng.uniform(-1, 1, (AFFINE_SYMBOLS, 50, 20))
+    return middle, slope, signs, middle[:, None] + np.einsum("iks,kns->ins", slope, signs)
+
+
 @settings(max_examples=100, deadline=None)
 @given(systems(), st.integers(0, 2**32 - 1))
 def test_the_linear_functions_enclose_every_sample_of_a_rule_base(fis, seed):
-    rng = np.random.default_rng(seed)
-    middle, half = rng.uniform(-1.8, 1.8, (2, 20)), 10.0 ** rng.uniform(-4, -0.3, 20)
-    slope = rng.uniform(-1, 1, (2, AFFINE_SYMBOLS, 20)) * half
+    middle, slope, signs, points = inputs_drawn(seed, -4)
     said, hole = infer(_rules(fis, ["a", "b"]), [Affine(m, s) for m, s in zip(middle, slope, strict=True)])
-    signs = rng.uniform(-1, 1, (AFFINE_SYMBOLS, 50, 20))
-    points = middle[:, None] + np.einsum("iks,kns->ins", slope, signs)
     true = infer_quietly(fis, np.moveaxis(points, 0, -1)).output[..., 0]
     linear = said["o"].middle + np.einsum("ks,kns->ns", said["o"].slope + np.zeros((AFFINE_SYMBOLS, 20)), signs)
     assert ((abs(true - linear) <= said["o"].rest) | hole).all()
@@ -61,14 +66,10 @@ def test_the_linear_functions_enclose_every_sample_of_a_rule_base(fis, seed):
 @settings(max_examples=50, deadline=None)
 @given(systems(), st.integers(0, 2**32 - 1))
 def test_the_slopes_enclose_every_sample_of_a_rule_base(fis, seed):
-    rng = np.random.default_rng(seed)
-    middle, half = rng.uniform(-1.8, 1.8, (2, 20)), 10.0 ** rng.uniform(-6, -0.3, 20)
-    slope = rng.uniform(-1, 1, (2, AFFINE_SYMBOLS, 20)) * half
+    middle, slope, signs, points = inputs_drawn(seed, -6)
     said, hole = infer_by_slopes(
         _rules(fis, ["a", "b"]), [Slopes(MidRad(m), MidRad(s)) for m, s in zip(middle, slope, strict=True)]
     )
-    signs = rng.uniform(-1, 1, (AFFINE_SYMBOLS, 50, 20))
-    points = middle[:, None] + np.einsum("iks,kns->ins", slope, signs)
     true = infer_quietly(fis, np.moveaxis(points, 0, -1)).output[..., 0]
     assert (enclosed(said["o"], signs, true) | hole).all()
 
