@@ -25,7 +25,6 @@ from fuzzy.plugins.tuning.spaces import (
     TreeSpace,
     Type2Space,
     answers_of,
-    changed,
     digest,
     space_of,
     systems_of,
@@ -141,7 +140,7 @@ def tune(
     """
     if solve and not isinstance(fis, Sugeno):
         raise TuningError(f"solve: in {fis.name}, a {type(fis).__name__}, consequents do not follow by least squares")
-    fis = changed(fis, detached)
+    fis = detached(fis)
     x, y = _samples(fis, x, y)
     checking = _samples(fis, *check) if check is not None else None
     moving = [part for part in move or MOVED if part != "consequents"] if solve else move

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.long
 
 def test_the_footprint_is_drawn_edited_undone_and_saved(browser, server):
     file, foot = server.folder / "two.fis", "[data-footprint=poor]"
-    fuzzy.write_type2(fuzzy.to_type2(tipper(), {"service": {"good": (0.1, 0.3)}}, 0.8), file)
+    fuzzy.write_fis(fuzzy.to_type2(tipper(), {"service": {"good": (0.1, 0.3)}}, 0.8), file)
     before = file.read_bytes()
     context = browser.new_context(viewport={"width": 1600, "height": 1000})
     tab = Watched(context, server)

@@ -119,7 +119,7 @@ def test_what_cannot_be_is_told():
 def test_the_command_takes_a_folder_and_a_type2_file(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     start, true = tree(0.6, (0.5,) * 9), tree(0.3, BENT)
-    fuzzy.write_tree(start, "start")
+    start.write("start")
     given = X[:, ["abc".index(v.name) for v in start.inputs]]
     heads = [v.name for v in start.inputs]
     table = np.column_stack([given, true(given)])
@@ -132,7 +132,7 @@ def test_the_command_takes_a_folder_and_a_type2_file(tmp_path, monkeypatch, caps
     assert error < said["before"]
 
     wide = slanted(0.1, 0.9)
-    fuzzy.write_type2(wide, "wide.fis")
+    fuzzy.write_fis(wide, "wide.fis")
     y = slanted(0.4, 0.5)(X[:, :2])
     np.savetxt("two.csv", np.column_stack([X[:, :2], y]), delimiter=",", header="a,b,y", comments="")
     assert main(["tune", "two.csv", "wide.fis", "-o", "narrow.fis", "--move", "footprints", *options]) == 0
