@@ -8,8 +8,8 @@ import pytest
 
 import fuzzy
 from fuzzy.commands.application import main
-from fuzzy.plugins.tuning.spaces import space_of
 from fuzzy.tuning.parameter import TuningError
+from fuzzy.tuning.systemspace import search_space
 from tests.fuzzy.plugins.trees.randomtrees import by_hand, random_tree
 
 
@@ -58,7 +58,7 @@ def test_values_of_a_start_make_the_tree_and_each_number_moves_its_own_system():
     for seed in range(5):
         start = random_tree(seed)
         x = np.random.default_rng(seed).uniform(-1, 1, (30, len(start.inputs)))
-        space = space_of(start, None, False, x, by_hand(start, x, lambda fis, points: fis(points)))
+        space = search_space(start, None, False, (x, by_hand(start, x, lambda fis, points: fis(points))))
         values = np.array([p.start for p in space.parameters])
         assert space.made(values) == start
         other: Any = space.made(np.array([p.upper for p in space.parameters]))
@@ -102,7 +102,7 @@ def test_a_symmetric_footprint_stays_so():
     assert found != mirrored
     np.testing.assert_allclose(found(-x), -found(x), atol=1e-12)
     slant = fuzzy.to_type2(fis, {"e": {"low": 0.3}}, 0.9)
-    parameters = [p.name for p in space_of(slant, None, True, x, x).parameters]
+    parameters = [p.name for p in search_space(slant, None, True, (x, x)).parameters]
     assert "e.low.lag" in parameters
     assert "e.high.lag" in parameters
 
