@@ -298,7 +298,7 @@ class Sugeno:
         return self
 
     def mapped(self, change: "Callable[[Sugeno], Sugeno]") -> "Sugeno":
-        """The system with each of the type-1 systems in it changed: here the one that it is."""
+        """The system with each of the type-1 systems in it as ``change`` makes it: here the one that it is."""
         return change(self)
 
     def without_rule(self, place: int) -> "Sugeno":

@@ -168,7 +168,7 @@ class Tree:
         return replace(self, systems={**self.systems, **systems})
 
     def mapped(self, change: Callable[[Sugeno], Sugeno]) -> "Tree":
-        """The tree with each of its systems changed."""
+        """The tree with each of its systems as ``change`` makes it."""
         return self.with_systems({name: change(fis) for name, fis in self.systems.items()})
 
     def search_space(

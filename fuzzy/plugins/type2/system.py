@@ -175,7 +175,7 @@ class Type2Sugeno:
         return self.upper.name
 
     def mapped(self, change: Callable[[Sugeno], Sugeno]) -> "Type2Sugeno":
-        """The system with its upper one changed."""
+        """The system with its upper one as ``change`` makes it."""
         return replace(self, upper=change(self.upper))
 
     def __call__(self, x: Any) -> Array:

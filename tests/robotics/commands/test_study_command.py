@@ -41,8 +41,8 @@ def test_verdicts_are_printed_and_do_not_change_the_exit_code(
 
 
 def test_a_claim_of_a_publication_is_one_line_that_names_its_forms(capsys: pytest.CaptureFixture[str]) -> None:
-    parts = [replace(part, form=form) for part, form in ((FAILS, "as printed"), (HOLDS, "corrected"), (OPEN, "ideal"))]
-    print_claims([Claim(name="Calm", source="thesis 9", says="", untested="", parts=tuple(parts))])
+    parts = (replace(FAILS, form="as printed"), replace(HOLDS, form="corrected"), replace(OPEN, form="ideal"))
+    print_claims([Claim(name="Calm", source="thesis 9", says="", untested="", parts=parts)])
     *_, said = capsys.readouterr().out.splitlines()
     assert said == "  Calm (thesis 9): as printed does not hold; corrected holds; ideal cannot be told"
 
