@@ -187,7 +187,8 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
     """The safe order that is nearest to what is wanted; make the promise of this period."""
     team = guard.air.values > 0
     if wish_v < -given.back:  # the same arc more slowly
-        wish_v, wish_w = -given.back, -wish_w * given.back / wish_v
+        wish_w *= -given.back / wish_v
+        wish_v = -given.back
     bound_v, bound_w, slowest, room = wish_v, wish_w, -math.inf, math.inf
     if team:
         fastest, slowest, turn = kept_promise(guard.promises, lane)
