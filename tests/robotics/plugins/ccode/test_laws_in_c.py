@@ -216,7 +216,8 @@ def test_a_changed_number_of_the_monitor_in_c_is_seen(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "me", "robots", "others"), [("reference", 0, 1, None), ("reference", 0, 1, 0.2), ("three-cross", 1, 3, None)]
+    ("name", "me", "robots", "others"),
+    [("reference", 0, 1, None), ("reference", 0, 1, 0.2), ("three-cross", 1, 3, None)],
 )
 def test_the_monitor_in_c_is_that_of_the_loop_period_by_period(tmp_path, name, me, robots, others):
     """Readings and messages at random, orders that the law wants, and periods in which the robot was let stand."""
