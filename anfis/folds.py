@@ -115,7 +115,7 @@ def cross_validate(
     found = []
     for k, held in enumerate(fold_rows(len(x), folds, order, seed)):
         learnt = np.delete(np.arange(len(x)), held)
-        fis: Any = start if isinstance(start, Sugeno) or hasattr(start, "rules") else start(x[learnt], y[learnt])
+        fis: Any = start if hasattr(start, "upper") else start(x[learnt], y[learnt])
         told = None if callback is None else lambda row, k=k: callback(k, row)
         training = train(fis, x[learnt], y[learnt], options, check=check, callback=told)
         if training.stopped == "interrupted":

@@ -134,11 +134,10 @@ def train(
     """
     options = options or Options()
     fis = detached(fis)
-    upper: Sugeno = fis if isinstance(fis, Sugeno) else fis.upper
     if not fis.rules:
         raise TrainingError(f"{fis.name} has no rules, so there is nothing to learn")
-    data = samples(upper, x, y, "training")
-    checking = samples(upper, *check, "checking") if check is not None else None
+    data = samples(fis.upper, x, y, "training")
+    checking = samples(fis.upper, *check, "checking") if check is not None else None
     method = make_method(options.method)
     network = _network(method, fis, options)
     problem = LearningProblem(network, network.samples(data), options)

@@ -18,7 +18,6 @@ import numpy as np
 from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.files.table import write_table
 from fuzzy.plugins.designer.starts.control import rule_table
-from fuzzy.plugins.type2.files import write_type2
 from fuzzy.plugins.type2.system import to_type2
 from fuzzy.system import Terms
 
@@ -70,7 +69,7 @@ def workplace(folder: Path) -> Path:
     inputs = (replace(first, terms=Terms(near)), *fis.inputs[1:])
     write_fis(replace(fis, inputs=inputs, outputs=tuple(outputs), name="sharper"), folder / "sharper.fis")
     write_fis(rule_table("pd", 5), folder / "pd.fis")
-    write_type2(to_type2(rule_table("pd", 5), lag=0.2, scale=0.8), folder / "pd2.fis")
+    write_fis(to_type2(rule_table("pd", 5), lag=0.2, scale=0.8), folder / "pd2.fis")
     (folder / "past-a-post.toml").write_text(_PAST_A_POST, encoding="utf-8")
     rng = np.random.default_rng(0)
     x = rng.uniform(-3.0, 3.0, (400, 2))

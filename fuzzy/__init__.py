@@ -23,9 +23,9 @@ Mamdani systems, and how near a Sugeno system comes:
     a FromScikitFuzzy comes back
 Interval type-2 systems, each term with a lower membership function:
     to_type2, Type2Sugeno, Lower, infer_type2, a Type2Inference comes back; compile_type2, CompiledType2; read_type2,
-    write_type2, matlab_type2; plot_footprint; write_c_type2
+    matlab_type2; plot_footprint; write_c_type2
 Trees of systems, some of which take the outputs of others:
-    Tree, evaluated, described; compile_tree, CompiledTree; read_tree, write_tree; explain_tree, a TreeExplanation comes
+    Tree, evaluated, described; compile_tree, CompiledTree; read_tree; explain_tree, a TreeExplanation comes
     back; plot_tree; train_tree, a TrainedTree comes back; identify_tree; write_c_tree, TreeCFiles come back; TreeError
 Take it to a microcontroller:
     write_c, verify_c; CFiles, Verified and a Lookup come back

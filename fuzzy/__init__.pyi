@@ -139,7 +139,6 @@ from fuzzy.plugins.trees.explanation import TreeExplanation as TreeExplanation
 from fuzzy.plugins.trees.explanation import explain_tree as explain_tree
 from fuzzy.plugins.trees.figures import plot_tree as plot_tree
 from fuzzy.plugins.trees.files import read_tree as read_tree
-from fuzzy.plugins.trees.files import write_tree as write_tree
 from fuzzy.plugins.trees.proposal import identify_tree as identify_tree
 from fuzzy.plugins.trees.training import TrainedTree as TrainedTree
 from fuzzy.plugins.trees.training import train_tree as train_tree
@@ -153,7 +152,6 @@ from fuzzy.plugins.type2.compiled import compile_type2 as compile_type2
 from fuzzy.plugins.type2.figures import plot_footprint as plot_footprint
 from fuzzy.plugins.type2.files import matlab_type2 as matlab_type2
 from fuzzy.plugins.type2.files import read_type2 as read_type2
-from fuzzy.plugins.type2.files import write_type2 as write_type2
 from fuzzy.plugins.type2.system import Lower as Lower
 from fuzzy.plugins.type2.system import Type2Inference as Type2Inference
 from fuzzy.plugins.type2.system import Type2Sugeno as Type2Sugeno

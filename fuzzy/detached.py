@@ -13,8 +13,11 @@ def detached(fis: AnySystem) -> AnySystem:
 
     Of an interval type-2 system its upper one is copied so.
     """
-    if not isinstance(fis, Sugeno):
-        return replace(fis, upper=detached(fis.upper))  # type: ignore[attr-defined, type-var]
+    made: AnySystem = fis.mapped(_detached)  # type: ignore[attr-defined]
+    return made
+
+
+def _detached(fis: Sugeno) -> Sugeno:
     return replace(fis, inputs=[_variable(v) for v in fis.inputs], outputs=[_variable(v) for v in fis.outputs])
 
 

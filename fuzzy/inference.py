@@ -98,11 +98,14 @@ def forgiving(fis: AnySystem, no_rule_fires: NoRuleFires | None = None) -> AnySy
 
     Where no rule fires stands what ``no_rule_fires`` says; by default what the system says, not-a-number for an error.
     """
-    if not isinstance(fis, Sugeno):
-        return replace(fis, upper=forgiving(fis.upper, no_rule_fires))  # type: ignore[attr-defined, type-var]
-    usual: NoRuleFires = "nan" if fis.no_rule_fires == "error" else fis.no_rule_fires
-    outside: OutOfRange = "clip" if fis.out_of_range == "clip" else "ignore"
-    return replace(fis, no_rule_fires=no_rule_fires or usual, out_of_range=outside)
+
+    def forgave(own: Sugeno) -> Sugeno:
+        usual: NoRuleFires = "nan" if own.no_rule_fires == "error" else own.no_rule_fires
+        outside: OutOfRange = "clip" if own.out_of_range == "clip" else "ignore"
+        return replace(own, no_rule_fires=no_rule_fires or usual, out_of_range=outside)
+
+    made: AnySystem = fis.mapped(forgave)  # type: ignore[attr-defined]
+    return made
 
 
 def infer_quietly(fis: Sugeno, x: Any) -> Inference:

@@ -3,7 +3,7 @@
 The structure is Python, the parameters are numbers or arrays, and nothing changes after construction.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import escape
@@ -29,7 +29,7 @@ _RULES_SHOWN = 50
 _TERMS_SHOWN = 12  # of a variable
 _SKETCH_POINTS = 61  # of a sketch
 T = TypeVar("T")
-AnySystem = TypeVar("AnySystem")  # Sugeno, or an interval type-2 system, whose ``upper`` is one
+AnySystem = TypeVar("AnySystem")  # Sugeno, or what has its ``mapped``: an interval type-2 system, a tree
 
 
 class FuzzySystemError(InputError):
@@ -291,6 +291,15 @@ class Sugeno:
         more = f"<p>and {len(self.rules) - _RULES_SHOWN} more</p>" if len(self.rules) > _RULES_SHOWN else ""
         rules = f"<details><summary>Rules</summary><ol>{listed}</ol>{more}</details>" if self.rules else ""
         return titled(self.name, sizes(self), table(("variable", "range", "terms", ""), rows), rules)
+
+    @property
+    def upper(self) -> "Sugeno":
+        """Itself: the upper membership functions of an interval type-2 system are here the only ones."""
+        return self
+
+    def mapped(self, change: "Callable[[Sugeno], Sugeno]") -> "Sugeno":
+        """The system with each of the type-1 systems in it as ``change`` makes it: here the one that it is."""
+        return change(self)
 
     def without_rule(self, place: int) -> "Sugeno":
         """The system without one of its rules, the one at ``place``, counted from 0."""

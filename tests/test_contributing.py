@@ -41,7 +41,6 @@ from robotics.world.sensing.sonar import SENSOR_PRESETS, RangeSensor
 from robotics.world.vehicle import plant
 from robotics.world.vehicle.plant import ParameterColumns as Parameters
 from robotics.world.vehicle.robot import ALTERNATIVES, Robot
-from tests.browsers import run_apart
 from tests.robotics.world.sensing.echoes import exact_echoes
 from tests.robotics.world.vehicle.etsro import ETSRO
 
@@ -444,32 +443,13 @@ def site(tmp_path):
 
 
 def test_a_designer_panel_hears_of_edits(site, monkeypatch, tmp_path):
-
-    from fuzzy.files.fisfile import write_fis
-    from fuzzy.plugins.designer.folder import open_folder
-    from fuzzy.plugins.designer.modules import Modules
-    from fuzzy.plugins.designer.open_documents import OpenDocuments
-    from fuzzy.plugins.designer.panel import Workbench, find_panels
     from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+    from tests.test_plugins import said_by_the_panel
 
     monkeypatch.syspath_prepend(site)
     assert "count" in {point.name for point in metadata.entry_points(group="fuzzyfleet.designer")}
-    (panel,) = [panel for panel in find_panels()[0] if panel.title == "Count the rules"]
-    write_fis(load_rule_base("tracking"), tmp_path / "a.fis")
-    said = []
-
-    async def work():
-        opened = OpenDocuments(open_folder(tmp_path))
-        document = opened.document("a.fis")
-        bench = Workbench(document, opened.workers, Modules().url, lambda *what: said.append(what[0]))
-        panel.build(bench)
-        document.apply({"edit": "remove_rule", "key": document.design.lines[0].key})
-        await bench.changed()
-        opened.close()
-
-    run_apart(work())
     count = len(load_rule_base("tracking").rules)
-    assert said == [f"{count} rules", f"{count - 1} rules"]
+    assert said_by_the_panel(tmp_path, "Count the rules") == [f"{count} rules", f"{count - 1} rules"]
 
 
 @pytest.mark.long

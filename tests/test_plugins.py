@@ -277,7 +277,7 @@ def test_a_package_of_sixty_lines_adds_a_command_a_panel_and_a_law(chalk, tmp_pa
     result = json.loads(capsys.readouterr().out)
     assert result["controller"] == "chalk:gain=1.5"
     assert 0 < result["metrics"]["rms_cross_track_m"][0] < 1.0
-    assert said_by_the_panel(tmp_path) == [f"{len(tracking().rules) - n} rules in chalk" for n in (0, 1)]
+    assert said_by_the_panel(tmp_path, "Chalk") == [f"{len(tracking().rules) - n} rules in chalk" for n in (0, 1)]
 
 
 def tracking():
@@ -286,8 +286,8 @@ def tracking():
     return load_rule_base("tracking")
 
 
-def said_by_the_panel(folder):
-    """What the panel says of a system when it is built, and after an edit."""
+def said_by_the_panel(folder, title):
+    """What the panel of this title says of a system when it is built, and after an edit."""
     from fuzzy.files.fisfile import write_fis
     from fuzzy.plugins.designer.folder import open_folder
     from fuzzy.plugins.designer.modules import Modules
@@ -295,7 +295,7 @@ def said_by_the_panel(folder):
     from fuzzy.plugins.designer.panel import Workbench, find_panels
     from tests.browsers import run_apart
 
-    (panel,) = [panel for panel in find_panels()[0] if panel.title == "Chalk"]
+    (panel,) = [panel for panel in find_panels()[0] if panel.title == title]
     write_fis(tracking(), folder / "a.fis")
     said = []
 

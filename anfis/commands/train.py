@@ -129,7 +129,7 @@ def train(
     _check_together(folds, prune, keep_rules, checkpoint or resume)
     _say_unread(options, folds is not None or prune)
     given = _given_system(begin)
-    if prune and hasattr(given, "upper"):
+    if prune and given is not None and given.upper is not given:
         raise CommandError("--prune takes away rules of type-1 systems: leave it out, or start from one")
     samples = _samples(data, inputs, outputs, one_hot or (), check, test, given, skip_bad)
     fis = given or _starting_fold(begin, samples, samples.x, samples.y, exact=True)
@@ -272,13 +272,10 @@ def _write(
     result: "Training", out: Path, history: Path | None, plot: Path | None, found: "Pruned | None", made: bool
 ) -> None:
     """Write what was learnt; a system that was ``made`` from the data has its terms named by where they stand now."""
-    import fuzzy
+    from fuzzy.files.fisfile import write_fis
     from fuzzy.fitting.termnames import with_telling_names
 
-    if isinstance(result.system, fuzzy.Type2Sugeno):
-        fuzzy.write_type2(result.system, out)
-    else:
-        fuzzy.write_fis(with_telling_names(result.system) if made else result.system, out)
+    write_fis(with_telling_names(result.system) if made else result.system, out)
     if history is not None:
         from fuzzy.files.table import write_frame
 

@@ -19,6 +19,8 @@ from fuzzy.shell.options import Json, Quiet, option
 from fuzzy.shell.terminal import print_json
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from fuzzy.system import Sugeno
 
 PictureFormat = Literal["pdf", "svg", "png"]  # the formats of the pictures of a set
@@ -61,17 +63,13 @@ def plot(
     if tree := read_tree(file):
         if everything or only_fired or at or data is not None or variable is not None or kind != "memberships":
             usage("of a tree its systems and their wires are drawn; of one of its .fis files everything")
-        path = picture_path(output_file, file, "tree")
-        fuzzy.save_figure(fuzzy.plot_tree(tree), path)
-        print_json({"file": str(path)}) if json else print(path)
+        _save(picture_path(output_file, file, "tree"), fuzzy.plot_tree(tree), json)
         return
     fis = read_either(file)
-    if isinstance(fis, fuzzy.Type2Sugeno):
+    if not isinstance(fis, fuzzy.Sugeno):
         if everything or only_fired or at or data is not None or kind != "memberships":
             usage("of an interval type-2 system the memberships are drawn, with their footprint of uncertainty")
-        path = picture_path(output_file, file, kind)
-        fuzzy.save_figure(fuzzy.plot_footprint(fis, variable), path)
-        print_json({"file": str(path)}) if json else print(path)
+        _save(picture_path(output_file, file, kind), fuzzy.plot_footprint(fis, variable), json)
         return
     if everything:
         if variable is not None or only_fired or kind != "memberships":
@@ -87,15 +85,20 @@ def plot(
         usage(f"--variable goes with --kind memberships, not {kind}")
     if (at or only_fired) and kind != "rules":
         usage(f"--at and --only-fired go with --kind rules, not {kind}")
-    from fuzzy.figures.plot import plot_memberships, plot_rules, plot_structure, save_figure
     from fuzzy.insight.universe import point_of
 
     if kind == "memberships":
-        figure = plot_memberships(fis, variable)
+        figure = fuzzy.plot_memberships(fis, variable)
     elif kind == "rules":
-        figure = plot_rules(fis, point_of(fis, values_of(fis, at or [])), only_fired)
+        figure = fuzzy.plot_rules(fis, point_of(fis, values_of(fis, at or [])), only_fired)
     else:
-        figure = plot_structure(fis)
+        figure = fuzzy.plot_structure(fis)
+    _save(path, figure, json)
+
+
+def _save(path: Path, figure: "Figure", json: bool) -> None:
+    from fuzzy.figures.drawing import save_figure
+
     save_figure(figure, path)
     print_json({"file": str(path)}) if json else print(path)
 

@@ -95,7 +95,7 @@ def _title(ax: Any, held: str) -> None:
 
 
 def _nothing_fires(fis: Sugeno, j: int) -> str:
-    if getattr(fis, "upper", fis).no_rule_fires != "midrange":
+    if fis.upper.no_rule_fires != "midrange":
         return "no rule fires"
     return f"no rule fires: {number(fis.outputs[j].midrange)} stands there"
 

@@ -19,6 +19,7 @@ import os
 import re
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 from fuzzy.errors import quoted, shortened
@@ -497,13 +498,18 @@ class _Reader(FisLines):
 # Writing ------------------------------------------------------------------------------------------------------
 
 
-def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> None:
+def write_system(fis: Any, path: str | os.PathLike[str], comment: str = "") -> None:
+    """Write a system of any kind as it writes itself, a tree into a folder, or else as :func:`write_fis` does."""
+    getattr(fis, "write", partial(write_fis, fis))(path, comment)
+
+
+def write_fis(fis: Any, path: str | os.PathLike[str], comment: str = "") -> None:
     """Write a system as a .fis file in UTF-8 (MATLAB's ``writeFIS``). An older file stays until the new one is whole.
 
     Warns (FisFileWarning) of hedges, which MATLAB cannot read: see :func:`fuzzy.without_hedges`.
 
     Args:
-        fis: The system.
+        fis: The system, of type 1 or an interval type-2 one, whose lower functions stand in comments.
         path: The file.
         comment: Lines that stand at the top of the file; the first one is its title.
 
@@ -511,11 +517,11 @@ def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> N
         FisFileError: The format cannot hold the system (see :func:`format_fis`) or the file cannot be written.
     """
     write_quietly(fis, path, comment)
-    if lacks := beyond_matlab(fis):
+    if lacks := beyond_matlab(fis.upper):
         warnings.warn(f"{os.fsdecode(path)}: {lacks}", FisFileWarning, stacklevel=2)
 
 
-def write_quietly(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> None:
+def write_quietly(fis: Any, path: str | os.PathLike[str], comment: str = "") -> None:
     """Write a system as :func:`write_fis` does, without its warning; raises as it does."""
     name = os.fsdecode(path)
     write_fis_text(_format(fis, name), name, comment)
@@ -543,7 +549,7 @@ def beyond_matlab(fis: Sugeno) -> str:
     )
 
 
-def format_fis(fis: Sugeno) -> str:
+def format_fis(fis: Any) -> str:
     """The text of a .fis file, as :func:`write_fis` writes it. Parameters that are torch tensors are written as
     numbers.
 
@@ -557,7 +563,10 @@ def format_fis(fis: Sugeno) -> str:
     return _format(fis, fis.name)
 
 
-def _format(fis: Sugeno, path: str) -> str:
+def _format(whole: Any, path: str) -> str:
+    fis: Sugeno = whole.upper
+    lower = {} if whole is fis else whole.lower
+
     def quoted(text: str, what: str) -> str:
         if any(c in text for c in "\n\r\0"):
             raise FisFileError(path, None, f"the format has no room for a line end in {what}: {text!r}")
@@ -581,6 +590,8 @@ def _format(fis: Sugeno, path: str) -> str:
         return f"{'-' if clause.negated else ''}{places[clause.variable][clause.term]}{hedge}"
 
     lines = ["[System]", f"Name={quoted(fis.name, 'the name')}", "Type='sugeno'", "Version=2.0"]
+    if lower:
+        lines.insert(1, f"%! {REDUCTION_NOTE}='{whole.reduction}'")
     lines += [f"NumInputs={len(fis.inputs)}", f"NumOutputs={len(fis.outputs)}", f"NumRules={len(fis.rules)}"]
     lines += [f"AndMethod='{fis.and_method}'", f"OrMethod='{fis.or_method}'"]
     lines += [f"ImpMethod={quoted(fis.implication, 'implication')}"]
@@ -592,11 +603,15 @@ def _format(fis: Sugeno, path: str) -> str:
             lines.append(f"%! {key}='{getattr(fis, attribute)}'")
     if fis.loop:
         lines.append(f"%! {LOOP_NOTE}={quoted(fis.loop, 'the loop')}")
-    numbered = [(f"Input{i}", v) for i, v in enumerate(fis.inputs, start=1)]
-    numbered += [(f"Output{j}", v) for j, v in enumerate(fis.outputs, start=1)]
-    for title, variable in numbered:
+    numbered = [(f"Input{i}", v, lower.get(v.name)) for i, v in enumerate(fis.inputs, start=1)]
+    numbered += [(f"Output{j}", v, None) for j, v in enumerate(fis.outputs, start=1)]
+    for title, variable, below in numbered:
         low, high = (number(end, variable.name) for end in variable.universe)
-        lines += ["", f"[{title}]", f"Name={quoted(variable.name, 'a name')}"]
+        lines += ["", f"[{title}]"]
+        if below is not None:
+            rows = (" ".join(number(v, variable.name) for v in (each.scale, *each.lag)) for each in below.values())
+            lines.append(f"%! {LOWER_NOTE}=[{'; '.join(rows)}]")
+        lines.append(f"Name={quoted(variable.name, 'a name')}")
         if variable.unit:
             lines.append(f"%! Unit={quoted(variable.unit, 'a unit')}")
         lines += [f"Range=[{low} {high}]", f"NumMFs={len(variable.terms)}"]

@@ -92,7 +92,7 @@ def _found() -> tuple[dict[str, Path], list[str]]:
     problems = []
     entries = entry_points(group=RULE_BASE_GROUP)
     for entry in sorted(entries, key=lambda e: (_distribution(e) != _OWN, e.name, e.value)):
-        folder, origin = folder_named(entry.value), _origin(entry)
+        folder, origin = folder_named(entry.value), origin_of(entry)
         if folder is None:
             problems.append(f"the rule bases {entry.name!r} of {origin} are not there: no folder {entry.value}")
             continue
@@ -119,5 +119,6 @@ def _distribution(entry: EntryPoint) -> str:
     return entry.dist.name if entry.dist is not None else ""
 
 
-def _origin(entry: EntryPoint) -> str:
+def origin_of(entry: EntryPoint) -> str:
+    """Whose an entry point is, in words."""
     return f"the package {entry.dist.name}" if entry.dist is not None else entry.value

@@ -94,10 +94,8 @@ def surfaces(
 
 def _inferred(fis: Any, x: np.ndarray) -> Any:
     """The inference at ``x`` (..., inputs), without a word of where no rule fires: the result shows it."""
-    upper = fis if isinstance(fis, Sugeno) else fis.upper
-    if upper.no_rule_fires == "error":
-        upper = replace(upper, no_rule_fires="nan")
-        fis = upper if isinstance(fis, Sugeno) else replace(fis, upper=upper)
+    if fis.upper.no_rule_fires == "error":
+        fis = fis.mapped(lambda upper: replace(upper, no_rule_fires="nan"))
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*no rule fires", InferenceWarning)
         return infer(fis, x) if isinstance(fis, Sugeno) else fis.infer(x)

@@ -48,6 +48,13 @@ def argument(sentence: str, metavar: str | None = None, *, show_default: bool = 
 
 Json = Annotated[bool, option("Print one JSON object instead of text.", "--json")]
 Quiet = Annotated[bool, option("Show no progress bar.", "--quiet", "-q")]
+# Of commands that show none, which scripts need not know
+_QUIET = inspect.Parameter(
+    "quiet",
+    inspect.Parameter.KEYWORD_ONLY,
+    default=False,
+    annotation=Annotated[bool, option("No effect here.", "--quiet", "-q", hidden=True)],
+)
 
 _FAR = 1e9  # the help does not show so large a bound
 
@@ -289,7 +296,7 @@ def _by_names_of_now(ctx: Any, args: Sequence[str], before: Mapping[str, str]) -
 
 
 def _whole_command(function: Callable[..., Any]) -> Any:
-    """The command that a function is, with an option for each field."""
+    """The command that a function is, with an option for each field; every one takes --quiet, be it without effect."""
     parameters: dict[str, inspect.Parameter] = {}
     groups: dict[str, FieldOptions] = {}
     own = list[str]()
@@ -303,6 +310,7 @@ def _whole_command(function: Callable[..., Any]) -> Any:
             own.append(parameter.name)
             hint = _as_flag(parameter.name, parameter.annotation)
             parameters[parameter.name] = parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hint)
+    parameters.setdefault("quiet", _QUIET)
 
     def run(**values: Any) -> Any:
         made = {name: group.made(values) for name, group in groups.items()}

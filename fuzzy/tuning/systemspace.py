@@ -105,6 +105,30 @@ class SystemSpace:
         return draft.system()
 
 
+def search_space(
+    fis: Any,
+    move: Collection[str] | None = None,
+    symmetric: bool = True,
+    data: tuple[np.ndarray, np.ndarray] | None = None,
+    prefix: str = "",
+) -> Any:
+    """What may move of a system of any kind: a :class:`SystemSpace`, or what its own ``search_space`` says.
+
+    Args:
+        fis: The system.
+        move: What may move; None: memberships and consequents, of a type-2 system footprints too.
+        symmetric: Whether a symmetry is kept; of a tree that of each of its systems.
+        data: Inputs (samples, inputs) and outputs (samples, outputs), which say how far consequents may move.
+        prefix: Of the parameters' names, of a type-1 system.
+
+    Raises TuningError for an unknown part.
+    """
+    if not isinstance(fis, Sugeno):
+        return fis.search_space(move, symmetric, data)
+    reach = None if data is None else reach_of(fis, data[0], np.ptp(data[1], axis=0))
+    return SystemSpace(fis, MOVED if move is None else move, symmetric, prefix, reach)
+
+
 @dataclass(frozen=True)
 class _Reach:
     """Where data lie, and which rules they let act."""

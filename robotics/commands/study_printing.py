@@ -13,8 +13,15 @@ from robotics.studies.executors import WorkerError
 from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
+    from robotics.show.report.chapter import Claim
     from robotics.show.report.study import Study
     from robotics.studies.comparison import Comparison
+
+_FORMS = """
+What the source claims, judged by these runs: that a claim does not hold is a result, and no error of this program. Its
+laws drive as printed; corrected, without what is wrong in the text; ideal, corrected and without noise; and tuned, with
+gains that a search found. The report and evidence.csv say what decides each claim.
+"""
 
 
 def print_study(study: "Study", wanted: Sequence[str] = (), title: str = "") -> None:
@@ -22,7 +29,10 @@ def print_study(study: "Study", wanted: Sequence[str] = (), title: str = "") -> 
     outside = print_outside(note.outside for each in study.comparisons for note in each.notes.values())
     if not wanted:
         print_comparisons(study)
-        _print_verdicts(study)
+        print_claims(study.claims)
+        for name, answer in study.answers.items():
+            print(f"\n{answer.title or name}\n  {answer.sentence}")
+        print(f"\n{study.shown}")
         return
     about = {
         "title": title,
@@ -86,20 +96,24 @@ def already_there(folder: Path, quiet: bool, what: str = "pieces") -> Callable[[
     return resumed
 
 
-def _print_verdicts(study: "Study") -> None:
-    """Print every claim with its verdict and what decides it, every answer, and the file to open."""
+def print_claims(claims: "Sequence[Claim]") -> None:
+    """Print every claim with its verdict.
+
+    A line tells each claim of a publication, on the forms of its laws; below other claims stands what decides them.
+    """
     from robotics.show.report.wording import sentence
 
-    for claim in study.claims:
+    if any("" not in claim.forms for claim in claims):
+        print(_FORMS)
+    for claim in claims:
         source = f" ({claim.source})" if claim.source else ""
-        told = [f"{form} {verdict.upper()} ({claim.counts(form)})" for form, verdict in claim.forms.items()]
-        print(f"\n{claim.name}{source}: {' | '.join(told).replace(' ()', '').strip()}")
+        if "" not in claim.forms:
+            told = "; ".join(f"{form} {verdict}" for form, verdict in claim.forms.items())
+            print(f"  {claim.name}{source}: {told}")
+            continue
+        print(f"\n{claim.name}{source}: {claim.verdict.upper()} ({claim.counts('')})".replace(" ()", ""))
         for part in claim.parts:
-            form = f"{part.form}: " if part.form else ""
-            print(f"  {form}{sentence(part)}")
-    for name, answer in study.answers.items():
-        print(f"\n{answer.title or name}\n  {answer.sentence}")
-    print(f"\n{study.shown}")
+            print(f"  {sentence(part)}")
 
 
 def _contact_rows(study: "Study") -> list[dict[str, Any]]:

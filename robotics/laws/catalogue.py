@@ -6,13 +6,13 @@ The laws in a Python file are its dataclasses derived from Law, and presets of s
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
 from functools import cache
-from importlib.metadata import EntryPoint
 from inspect import get_annotations, isabstract
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal, cast, get_args, get_origin
 
 from fuzzy.entrypoints import entry_points
+from fuzzy.files.packaged import origin_of
 from fuzzy.files.pythonfile import load_python_file, loaded_python_file
 from fuzzy.naming import expected
 from fuzzy.quantity import accepted
@@ -41,9 +41,9 @@ def _loaded(own: bool, taken: Mapping[str, Preset]) -> tuple[dict[str, Preset], 
     for entry in sorted(entry_points(group=LAW_ENTRY_POINTS), key=lambda e: e.name):
         if (entry.dist is not None and entry.dist.name == _OWN) != own:
             continue
-        what = f"the law {entry.name!r} of {_origin(entry)}"
+        what = f"the law {entry.name!r} of {origin_of(entry)}"
         if entry.name in taken:
-            bad[f"{entry.name} ({_origin(entry)})"] = f"{what} has the name of one that comes with fuzzyfleet"
+            bad[f"{entry.name} ({origin_of(entry)})"] = f"{what} has the name of one that comes with fuzzyfleet"
             continue
         try:
             thing = entry.load()
@@ -57,10 +57,6 @@ def _loaded(own: bool, taken: Mapping[str, Preset]) -> tuple[dict[str, Preset], 
         else:
             bad[entry.name] = f"{what} must be a Preset, or a dataclass derived from Law; got {thing!r}"
     return good, bad
-
-
-def _origin(entry: EntryPoint) -> str:
-    return f"the package {entry.dist.name}" if entry.dist is not None else entry.value
 
 
 _PUBLISHED = published_presets()

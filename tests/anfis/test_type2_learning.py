@@ -123,7 +123,7 @@ def test_methods_that_solve_for_consequents_say_what_learns(method):
 
 
 def test_the_command_starts_from_a_type_2_file_and_writes_one(tmp_path, capsys):
-    fuzzy.write_type2(system(), tmp_path / "start.fis")
+    fuzzy.write_fis(system(), tmp_path / "start.fis")
     table = pd.DataFrame({"service": X[:, 0], "food": X[:, 1], "tip": Y[:, 0]})
     table.to_csv(tmp_path / "data.csv", index=False)
     common = [

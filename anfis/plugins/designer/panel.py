@@ -216,10 +216,6 @@ class TrainSession(TableSession, TaskSession):
             self.widget.update(after=variables(about.system))
             self.pictures.wish()
 
-    def tell(self) -> None:
-        """Show the page how the learning goes."""
-        self.widget.update(progress=self._progress())
-
     # What the page sees
 
     def changed(self) -> None:

@@ -6,9 +6,8 @@ from functools import cached_property
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from fuzzy.detached import detached
-from fuzzy.files.fisfile import FaultyRule, FisFileError, parse_rule_line
+from fuzzy.files.fisfile import FaultyRule, FisFileError, format_fis, parse_rule_line
 from fuzzy.language import RuleError, parse_rule
-from fuzzy.plugins.type2.files import format_either
 from fuzzy.plugins.type2.reduction import Reduction
 from fuzzy.plugins.type2.system import Lower, Type2Sugeno
 from fuzzy.rule import Clause, Rule
@@ -104,7 +103,7 @@ def design_of(fis: Sugeno | Type2Sugeno, first_key: int = 0) -> Design:
     (torch tensors in training, say) become numbers. The lines' keys count from ``first_key``.
     """
     footprint = None if isinstance(fis, Sugeno) else Footprint(fis.lower, fis.reduction)
-    fis = detached(fis if isinstance(fis, Sugeno) else fis.upper)
+    fis = detached(fis.upper)
     lines = []
     for key, rule in enumerate(fis.rules, start=first_key):
         enabled = rule.weight > 0
@@ -263,7 +262,7 @@ def holds_power(power: float) -> bool:
 
 def text_of(design: Design, system: Sugeno) -> str:
     """The text of a .fis file of ``system``, which has the variables of ``design``; raises as :func:`file_text`."""
-    return format_either(system if design.footprint is None else design.footprint.of(system))
+    return format_fis(system if design.footprint is None else design.footprint.of(system))
 
 
 def file_text(design: Design) -> str:

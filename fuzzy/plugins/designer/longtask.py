@@ -104,7 +104,7 @@ class TaskSession(PanelSession):
     """A panel with one long task at a time: starting, watching and stopping it, and ending it with the page.
 
     ``state`` is "idle" or "done" while none runs, else "starting", "stopping", or a subclass's own word.
-    A subclass says in :meth:`note` what each piece of news means, and in :meth:`tell` what the page sees of it.
+    A subclass says in :meth:`note` what each piece of news means, and in ``_progress`` what the page sees of it.
     """
 
     called: ClassVar[str]  # the task, in messages
@@ -180,6 +180,10 @@ class TaskSession(PanelSession):
 
     def tell(self) -> None:
         """Show the page how the task goes."""
+        self.widget.update(progress=self._progress())
+
+    def _progress(self) -> dict[str, Any]:
+        raise NotImplementedError
 
     def ended(self) -> None:
         """Note that no task runs any more."""

@@ -147,7 +147,8 @@ class _Page:
         self._sizes: dict[str, Any] = {}  # the buttons that fold and enlarge the pane that says why
         self._size = ""  # which of them is pressed
         found, missing = panels
-        if document.design.footprint is not None:
+        self._type_2 = document.design.footprint is not None
+        if self._type_2:
             found, missing = [], [_TYPE_2]
         belongs = [getattr(panel, "belongs", None) for panel in found]
         kept = [p for p, suits in zip(found, belongs, strict=True) if suits is None or suits(document.path)]
@@ -406,7 +407,13 @@ class _Page:
                 await self.client.run_javascript(_DRAWN, timeout=DRAWN_WITHIN)
 
     def _renew(self) -> None:
-        """Take anew what the page's modules are told of the design, and tell the header."""
+        """Take anew what the page's modules are told of the design, and tell the header.
+
+        The panels are those of a system's type: of another one, such as the file now holds, the page is loaded anew.
+        """
+        if (self.document.design.footprint is not None) != self._type_2:
+            self.client.run_javascript("location.reload()")
+            return
         self._shown = self._traits()
         if self._sent is not self._shown["design"]:
             self._sent = self._shown["design"]

@@ -145,10 +145,6 @@ class TuneLoopSession(ChosenLoop, TaskSession):
         """Follow a change: whether there is something to discard."""
         self.tell()
 
-    def tell(self) -> None:
-        """Show the page how the search goes."""
-        self.widget.update(progress=self._progress())
-
     def _progress(self) -> dict[str, Any]:
         told = {name: self.told.get(name) for name in ("evaluations", "curve", "before", "after")}
         undecided = self.state == "done" and self.bench.document.can_undo == _EDIT

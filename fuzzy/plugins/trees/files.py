@@ -14,7 +14,6 @@ Without ``connections`` they follow from the names of the variables, without ``a
 no system takes; see :class:`fuzzy.plugins.trees.tree.Tree`.
 """
 
-import json
 import os
 import tomllib
 from collections.abc import Callable
@@ -22,13 +21,11 @@ from pathlib import Path
 from typing import Any
 
 from fuzzy.errors import InputError, quoted
-from fuzzy.files.atomic import write_together
-from fuzzy.files.fisfile import format_fis, read_fis
+from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import check_known
-from fuzzy.plugins.trees.tree import Tree, TreeError
+from fuzzy.plugins.trees.tree import TREE_FILE, Tree, TreeError
 from fuzzy.system import Sugeno
 
-TREE_FILE = "tree.toml"
 _KEYS = {"name": str, "connections": list, "answers": list, "systems": dict}
 
 
@@ -72,38 +69,3 @@ def tree_of(file: Path, read: Callable[[str], Sugeno]) -> Tree:
         return Tree(systems, **table)
     except InputError as error:
         raise TreeError(f"{file}: {error}") from None
-
-
-def write_tree(tree: Tree, folder: str | os.PathLike[str], comment: str = "") -> None:
-    """Write a tree into a folder: tree.toml, and NAME.fis of each system. Files of these names are replaced.
-
-    All are written before the first is put in its place, tree.toml comes last: an error leaves what was there.
-
-    Args:
-        tree: The tree; parameters that are tensors are written as numbers.
-        folder: The folder, made if it is not there.
-        comment: Lines that stand at the top of tree.toml.
-
-    Raises:
-        FisFileError: A system that the format .fis cannot hold.
-        TreeError: A name that is no valid text.
-        OSError: Nothing can be written.
-    """
-    texts = {TREE_FILE: _toml(tree, comment)} | {f"{name}.fis": format_fis(f) for name, f in tree.systems.items()}
-    try:
-        write_together(Path(folder), texts)
-    except UnicodeEncodeError as error:
-        raise TreeError(f"{folder}: a name holds no valid text: {error.object[error.start]!r}") from None
-
-
-def _toml(tree: Tree, comment: str) -> str:
-    assert tree.connections is not None
-    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
-    lines += [f"name = {_text(tree.name)}", "connections = ["]
-    lines += [f"    [{_text(port)}, {_text(target)}]," for port, target in tree.connections]
-    lines += ["]", f"answers = [{', '.join(map(_text, tree.answers or ()))}]", "", "[systems]"]
-    return "\n".join([*lines, *(f"{_text(name)} = {_text(f'{name}.fis')}" for name in tree.systems), ""])
-
-
-def _text(value: str) -> str:
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")

@@ -43,7 +43,7 @@ def shown_tree(folder: Path, name: str, design: str, point: dict[str, float]) ->
 
     file = opened.path / above / TREE_FILE
     if not file.is_file() or file.is_symlink():
-        raise TreeError(f"{name} belongs to no tree: there is no {TREE_FILE} beside it, as fuzzy.write_tree writes it")
+        raise TreeError(f"{name} belongs to no tree: there is no {TREE_FILE} beside it, as fuzzy.Tree.write makes it")
     check_size(file, TREE_FILE)
     tree = tree_of(file, read)
     if name not in files:

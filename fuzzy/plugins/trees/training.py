@@ -70,7 +70,7 @@ def train_tree(
     torch = needed("torch", "learning a tree")
     data = [_samples(tree, *each) for each in ((x, y), *(() if check is None else (check,)))]
     spread = spread_of(data[0][1])
-    quiet = tree.with_systems({name: forgiving(fis, "midrange") for name, fis in tree.systems.items()})
+    quiet = forgiving(tree, "midrange")
     moving, scale = np.array(numbers_of(tree)), np.array(list(_scales(tree)))
     free = torch.tensor(moving / scale, requires_grad=True)
     adam = torch.optim.Adam([free], lr=step)

@@ -6,9 +6,12 @@ meet in another one an aggregated tree, and both at once a cascaded one: the dep
 free, but for circles. A tree of systems of two inputs has fewer rules than one system of all inputs, and says less.
 """
 
+import json
+import os
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from textwrap import indent
 from typing import Any
 
@@ -16,6 +19,8 @@ import numpy as np
 from array_api_compat import array_namespace
 
 from fuzzy.errors import InputError
+from fuzzy.files.atomic import write_together
+from fuzzy.files.fisfile import format_fis
 from fuzzy.inference import check_points, infer
 from fuzzy.insight.description import as_dict, describe
 from fuzzy.membershipfunction import Array, as_float, as_number, like
@@ -25,6 +30,7 @@ from fuzzy.shown import shown
 from fuzzy.system import Linear, Sugeno, Terms, Variable
 from fuzzy.words import counted, listed
 
+TREE_FILE = "tree.toml"
 _NAME = re.compile(r"\w(?:[\w .-]*\w)?")  # of a system: its file is called by it
 
 
@@ -161,6 +167,10 @@ class Tree:
         """The tree with other ``systems`` of the same variables, such as learnt ones, under some of its names."""
         return replace(self, systems={**self.systems, **systems})
 
+    def mapped(self, change: Callable[[Sugeno], Sugeno]) -> "Tree":
+        """The tree with each of its systems as ``change`` makes it."""
+        return self.with_systems({name: change(fis) for name, fis in self.systems.items()})
+
     def search_space(
         self, move: Collection[str] | None = None, symmetric: bool = True, data: tuple[Array, Array] | None = None
     ) -> TreeSpace:
@@ -174,6 +184,26 @@ class Tree:
         Raises TuningError for an unknown part.
         """
         return tree_space(self, move, symmetric, data)
+
+    def write(self, folder: str | os.PathLike[str], comment: str = "") -> None:
+        """Write the tree into a folder: tree.toml, and NAME.fis of each system. Files of these names are replaced.
+
+        All are written before the first is put in its place, tree.toml comes last: an error leaves what was there.
+
+        Args:
+            folder: The folder, made if it is not there.
+            comment: Lines that stand at the top of tree.toml.
+
+        Raises:
+            FisFileError: A system that the format .fis cannot hold.
+            TreeError: A name that is no valid text.
+            OSError: Nothing can be written.
+        """
+        texts = {TREE_FILE: _toml(self, comment)} | {f"{name}.fis": format_fis(f) for name, f in self.systems.items()}
+        try:
+            write_together(Path(folder), texts)
+        except UnicodeEncodeError as error:
+            raise TreeError(f"{folder}: a name holds no valid text: {error.object[error.start]!r}") from None
 
     def describe(self) -> str:
         """The tree in words: what goes where, and then each system."""
@@ -328,3 +358,16 @@ def _variables(ports: Sequence[str], known: Mapping[str, Variable]) -> tuple[Var
 def _slope(term: Any, place: int) -> bool:
     """Whether a consequent has a slope over the input at ``place``."""
     return isinstance(term, Linear) and as_number(term.slopes[place]) != 0
+
+
+def _toml(tree: Tree, comment: str) -> str:
+    assert tree.connections is not None
+    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    lines += [f"name = {_text(tree.name)}", "connections = ["]
+    lines += [f"    [{_text(port)}, {_text(target)}]," for port, target in tree.connections]
+    lines += ["]", f"answers = [{', '.join(map(_text, tree.answers or ()))}]", "", "[systems]"]
+    return "\n".join([*lines, *(f"{_text(name)} = {_text(f'{name}.fis')}" for name in tree.systems), ""])
+
+
+def _text(value: str) -> str:
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")

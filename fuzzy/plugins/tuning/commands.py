@@ -75,7 +75,7 @@ def tune(
       fuzzy identify samples.csv --outputs v --rules 5 -o start.fis
       fuzzy tune samples.csv start.fis --check check.csv --solve --evaluations 200 --engine random -o t.fis
     """
-    import fuzzy
+    from fuzzy.files.fisfile import write_system
     from fuzzy.plugins.tuning.data import cross_validate_tuning
     from fuzzy.plugins.tuning.data import tune as tuned_on
 
@@ -123,8 +123,7 @@ def tune(
             progress=partial(_told, Mover(begin(fis.name, evaluations))),
             **options,
         )
-    write: Any = {fuzzy.Tree: fuzzy.write_tree, fuzzy.Type2Sugeno: fuzzy.write_type2}.get(type(fis), fuzzy.write_fis)
-    write(found.system, out, _comment(found, data, check, options))
+    write_system(found.system, out, _comment(found, data, check, options))
     if history is not None:
         from fuzzy.files.table import write_frame
 

@@ -20,22 +20,13 @@ from fuzzy.fitting.consequents import IdentificationError, least_squares, output
 from fuzzy.fitting.folds import FoldOrder, fold_rows
 from fuzzy.inference import InferenceWarning
 from fuzzy.plugins.trees.tree import Tree
-from fuzzy.plugins.tuning.spaces import (
-    System,
-    TreeSpace,
-    Type2Space,
-    answers_of,
-    changed,
-    digest,
-    space_of,
-    systems_of,
-)
+from fuzzy.plugins.tuning.spaces import System, answers_of, digest, systems_of
 from fuzzy.plugins.type2.system import Type2Sugeno
 from fuzzy.system import FuzzySystemError, Sugeno
 from fuzzy.tuning.journal import SearchInterrupt, resumable_search
 from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations
-from fuzzy.tuning.systemspace import MOVED, SystemSpace
+from fuzzy.tuning.systemspace import MOVED, search_space
 
 _EVALUATIONS = 1000  # of the cost, at most
 _SEED = 1  # of the search
@@ -63,7 +54,7 @@ class TunedSystem(Generic[System]):
     after: float
     check_before: float
     check_after: float
-    space: SystemSpace | TreeSpace | Type2Space = field(repr=False)
+    space: Any = field(repr=False)
     evaluated: Evaluations = field(repr=False)
     stopped: str
 
@@ -141,11 +132,11 @@ def tune(
     """
     if solve and not isinstance(fis, Sugeno):
         raise TuningError(f"solve: in {fis.name}, a {type(fis).__name__}, consequents do not follow by least squares")
-    fis = changed(fis, detached)
+    fis = detached(fis)
     x, y = _samples(fis, x, y)
     checking = _samples(fis, *check) if check is not None else None
     moving = [part for part in move or MOVED if part != "consequents"] if solve else move
-    space = space_of(fis, moving, symmetric, x, y)
+    space = search_space(fis, moving or None, symmetric, (x, y))
     about = {
         "system": digest(fis),
         "data": sha256(x.tobytes() + y.tobytes()).hexdigest(),

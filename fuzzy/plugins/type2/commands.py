@@ -33,7 +33,8 @@ def type2(
       fuzzy plot tipper2.fis -o footprint.pdf
     """
     from fuzzy.files.atomic import write_whole
-    from fuzzy.plugins.type2.files import matlab_type2, write_type2
+    from fuzzy.files.fisfile import write_fis
+    from fuzzy.plugins.type2.files import matlab_type2
     from fuzzy.plugins.type2.system import to_type2
 
     if output_file.suffix.lower() != ".fis":
@@ -41,7 +42,7 @@ def type2(
     lags = [parsed(float, word, "--lag takes one number or two with a comma between them") for word in lag.split(",")]
     fis = to_type2(read_system(file), lags[0] if len(lags) == 1 else tuple(lags), scale, reduction)  # type: ignore[arg-type]
     script = matlab_type2(fis, output_file.name) if matlab else None
-    write_type2(fis, output_file)
+    write_fis(fis, output_file)
     written = [str(output_file)]
     if script is not None:
         write_whole(output_file.with_suffix(".m"), script)

@@ -1,6 +1,6 @@
 """Files of interval type-2 systems: a .fis file of the upper system, with the lower functions in comments.
 
-    write_type2(to_type2(read_fis("tip.fis"), lag=0.2), "tip2.fis")
+    write_fis(to_type2(read_fis("tip.fis"), lag=0.2), "tip2.fis")
     read_type2("tip2.fis")
 
 ``%! TypeReduction='karnikmendel'`` in [System] says that it is one. ``%! Lower=[0.9 0.2 0.2; 1 0 0]`` in an input says
@@ -10,21 +10,10 @@ MATLAB wrote of such a system was found, and its format is not documented: it is
 """
 
 import os
-import warnings
 
 from fuzzy.errors import quoted
-from fuzzy.files.fisfile import (
-    FisFileError,
-    FisFileWarning,
-    FisText,
-    beyond_matlab,
-    file_bytes,
-    format_fis,
-    parse_bytes,
-    warned,
-    write_fis_text,
-)
-from fuzzy.files.fislines import LOWER_NOTE, REDUCTION_NOTE, SectionLine
+from fuzzy.files.fisfile import FisFileError, FisText, file_bytes, parse_bytes, warned
+from fuzzy.files.fislines import LOWER_NOTE, SectionLine
 from fuzzy.membershipfunction import MembershipError, as_number
 from fuzzy.plugins.type2.system import Lower, Type2Sugeno
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
@@ -33,7 +22,7 @@ _FORM = "[scale left-lag right-lag; ...], three numbers for each term"
 
 
 def read_type2(path: str | os.PathLike[str]) -> Type2Sugeno:
-    """Read the interval type-2 system in a .fis file, as :func:`write_type2` writes it.
+    """Read the interval type-2 system in a .fis file, as :func:`fuzzy.write_fis` writes it.
 
     Args:
         path: The file.
@@ -83,51 +72,12 @@ def _lower(variable: Variable, at: SectionLine, path: str) -> dict[str, Lower]:
         raise FisFileError(path, at.line, f"{variable.name}: {LOWER_NOTE}: {error}") from None
 
 
-def write_type2(fis: Type2Sugeno, path: str | os.PathLike[str], comment: str = "") -> None:
-    """Write a type-2 system as a .fis file in UTF-8. An older file stays until the new one is whole.
-
-    Warns (FisFileWarning) of hedges, which MATLAB cannot read.
-
-    Args:
-        fis: The system.
-        path: The file.
-        comment: Lines that stand at the top of the file; the first one is its title.
-
-    Raises:
-        FisFileError: The format cannot hold the system, or the file cannot be written.
-    """
-    name = os.fsdecode(path)
-    write_fis_text(format_type2(fis), name, comment)
-    if lacks := beyond_matlab(fis.upper):
-        warnings.warn(f"{name}: {lacks}", FisFileWarning, stacklevel=2)
-
-
-def format_type2(fis: Type2Sugeno) -> str:
-    """The text of a .fis file, as :func:`write_type2` writes it; raises as :func:`fuzzy.format_fis` does."""
-    lines, place = [], -1  # of the input
-    for line in format_fis(fis.upper).split("\n"):
-        lines.append(line)
-        if line == "[System]":
-            lines.append(f"%! {REDUCTION_NOTE}='{fis.reduction}'")
-        elif line.startswith("[Input"):
-            place += 1
-            terms = fis.lower[fis.inputs[place].name].values()
-            rows = [" ".join(_number(v) for v in (each.scale, *each.lag)) for each in terms]
-            lines.append(f"%! {LOWER_NOTE}=[{'; '.join(rows)}]")
-    return "\n".join(lines)
-
-
-def format_either(fis: Sugeno | Type2Sugeno) -> str:
-    """The text of a .fis file of a system of either type; raises as :func:`fuzzy.format_fis` does."""
-    return format_fis(fis) if isinstance(fis, Sugeno) else format_type2(fis)
-
-
 def _number(value: object) -> str:
     return repr(as_number(value)).removesuffix(".0")
 
 
 def matlab_type2(fis: Type2Sugeno, file: str) -> str:
-    """A MATLAB script that makes MATLAB's own type-2 system of a .fis file of :func:`write_type2`.
+    """A MATLAB script that makes MATLAB's own type-2 system of a .fis file of :func:`fuzzy.write_fis`.
 
     Args:
         fis: The system.

@@ -10,7 +10,7 @@ import numpy as np
 from fuzzy.membershipfunction import as_number
 from fuzzy.tuning.mirror import Mirror
 from fuzzy.tuning.parameter import SearchParameter
-from fuzzy.tuning.systemspace import MOVED, SystemSpace, reach_of, with_images
+from fuzzy.tuning.systemspace import MOVED, SystemSpace, search_space, with_images
 
 FOOTPRINTS = "footprints"  # what may move besides
 _LEAST_SCALE, _MOST_LAG = 0.05, 0.95  # of a lower membership function, unless it starts beyond
@@ -61,8 +61,7 @@ def type2_space(
 ) -> Type2Space:
     """What may move of a type-2 system; see :meth:`Type2Sugeno.search_space`."""
     move = (*MOVED, FOOTPRINTS) if move is None else tuple(move)
-    reach = None if data is None else reach_of(fis.upper, data[0], np.ptp(data[1], axis=0))
-    upper = SystemSpace(fis.upper, [part for part in move if part != FOOTPRINTS], symmetric, reach=reach)
+    upper: SystemSpace = search_space(fis.upper, [part for part in move if part != FOOTPRINTS], symmetric, data)
     if upper.mirror is not None and not _is_mirrored(fis, upper.mirror):
         upper = replace(upper, symmetric=False)
     return Type2Space(fis, move, upper, tuple(_footprints(fis, upper.mirror)) if FOOTPRINTS in move else ())

@@ -21,7 +21,7 @@ their lower one, and the average is taken anew. Each step brings it down until i
 Karnik and Mendel's steps, and needs no order of the rules.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, NamedTuple, get_args
@@ -173,6 +173,10 @@ class Type2Sugeno:
     def name(self) -> str:
         """The name of the system."""
         return self.upper.name
+
+    def mapped(self, change: Callable[[Sugeno], Sugeno]) -> "Type2Sugeno":
+        """The system with its upper one as ``change`` makes it."""
+        return replace(self, upper=change(self.upper))
 
     def __call__(self, x: Any) -> Array:
         """Evaluate the outputs (..., outputs) at ``x`` (..., inputs), numpy or torch; see :func:`infer_type2`."""

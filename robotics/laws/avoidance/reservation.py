@@ -154,7 +154,7 @@ def _within(nodes, clear):  # type: ignore[no-untyped-def]
                 continue
             for k in range(CELLS + 1):
                 for c in range(CELLS + 1):
-                    if _square(nodes[i, c], nodes[j, k]) < clear:
+                    if square(nodes[i, c], nodes[j, k]) < clear:
                         if near[i, j, k, 1] == 0:
                             near[i, j, k, 0] = c
                         near[i, j, k, 1] = c + 1
@@ -162,8 +162,8 @@ def _within(nodes, clear):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _square(a, b):  # type: ignore[no-untyped-def]
-    """The squared distance of two points."""
+def square(a, b):  # type: ignore[no-untyped-def]
+    """The squared distance [m²] of two points."""
     return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2
 
 
@@ -173,7 +173,7 @@ def _plan_one(nodes, near, cells, order, place, limits, cost, blocked):  # type:
     clear, margin, horizon, late = limits
     robot = order[place]
     parked = CELLS  # the first cell that counts as the end
-    while parked > CELLS // 2 and _square(nodes[robot, parked - 1], nodes[robot, CELLS]) < PARKED * PARKED:
+    while parked > CELLS // 2 and square(nodes[robot, parked - 1], nodes[robot, CELLS]) < PARKED * PARKED:
         parked -= 1
     latest = horizon - max(late, (CELLS - parked + 2) // 2)  # two cells a tick are left
     for k in range(horizon + 1):
@@ -189,7 +189,7 @@ def _plan_one(nodes, near, cells, order, place, limits, cost, blocked):  # type:
             since = until if at == last else max(k - margin, 0)  # while it stays, only the margin's end is new
             last = at
             for c in range(near[robot, other, at, 0], near[robot, other, at, 1]):
-                if _square(nodes[robot, c], nodes[other, at]) < clear:
+                if square(nodes[robot, c], nodes[other, at]) < clear:
                     for tick in range(since, until + 1):
                         blocked[tick, c] = True
     if blocked[0, 0] or blocked[horizon, CELLS]:

@@ -50,21 +50,14 @@ class RuleBase:
 
         Raises ControllerError, and FuzzySystemError of a membership function that compiled code does not know.
         """
-
-        def clipped(fis: Sugeno) -> Sugeno:
-            return replace(fis, out_of_range="clip") if fis.out_of_range == "warn" else fis
-
-        if isinstance(whole, fuzzy.Tree):
-            row = fuzzy.compile_tree(whole.with_systems({n: clipped(s) for n, s in whole.systems.items()})).row
-        else:
-            row = fuzzy.compile_type2(replace(whole, upper=clipped(whole.upper))).row
+        made: Any = whole.mapped(_clipped)
+        row = (fuzzy.compile_tree if isinstance(whole, fuzzy.Tree) else fuzzy.compile_type2)(made).row
         shell = Sugeno(whole.inputs, [replace(v, terms={}) for v in whole.outputs], (), whole.name)
         return replace(cls._of(shell, name, outputs, task), composite=row)
 
     @classmethod
     def _of(cls, fis: Sugeno, name: Any, outputs: Mapping[str, str], task: str) -> "RuleBase":
-        if fis.out_of_range == "warn":  # what a sensor reads, or that it reads nothing, is often out of range
-            fis = replace(fis, out_of_range="clip")
+        fis = _clipped(fis)
         for variable in fis.outputs:
             check_known(variable.name, outputs, f"output of {task}", ControllerError, where=called(name))
         inputs = tuple(quantity_of(variable.name, called(name)) for variable in fis.inputs)
@@ -101,6 +94,11 @@ class RuleBase:
                     f"{called(name)}: {variable.name} is of robot {known.robot}, and {setting.name} has "
                     f"{len(setting.robots)}"
                 )
+
+
+def _clipped(fis: Sugeno) -> Sugeno:
+    """The system without warnings: what a sensor reads, or that it reads nothing, is often out of range."""
+    return replace(fis, out_of_range="clip") if fis.out_of_range == "warn" else fis
 
 
 def composite_of(rule_base: Any) -> "fuzzy.Tree | fuzzy.Type2Sugeno | None":

@@ -9,7 +9,7 @@ widened by the long-run variance of the scores where the autoregression did not 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -75,8 +75,6 @@ class MotionFit:
         averaged: Whether each velocity is a mean since the one before, as of encoders; else it is of its moment.
         measured: v [m/s] and ω [rad/s] (2, samples) that were used, at ``time``.
         modelled: Likewise, of the model.
-        autoregression: The coefficients of each, by which a residual follows from those before it.
-        innovations: What is left of the residuals by it (2, samples), over their standard deviation.
     """
 
     values: np.ndarray
@@ -85,9 +83,6 @@ class MotionFit:
     time: np.ndarray
     measured: np.ndarray
     modelled: np.ndarray
-    autoregression: tuple[np.ndarray, np.ndarray]
-    innovations: np.ndarray
-    sensitivity: np.ndarray = field(repr=False)  # (rows, fitted): of the innovations
 
     @property
     def residuals(self) -> np.ndarray:
@@ -230,10 +225,7 @@ def fit_motion(base: Robot, found: SoundSignals, seed: int = 0, counts: float | 
         rival = float(other.fixed[COORDINATE_NAMES.index("latency")])
         intervals["latency"] = Ends(min(low, rival), max(high, rival))
     outputs = problem.outputs(problem.fixed[:, None])[:, :, 0]
-    innovations = problem.rows(outputs[..., None])[:, 0].reshape(2, -1)
-    filters = tuple(-h[1:] for h in problem.filters)
     used = problem.usable
-    slopes = problem.slopes(problem.start())[: 2 * len(problem.time)]
     return MotionFit(
         problem.fixed,
         intervals,
@@ -241,9 +233,6 @@ def fit_motion(base: Robot, found: SoundSignals, seed: int = 0, counts: float | 
         problem.time[used],
         problem.measured[:, used],
         outputs[:, used],
-        (filters[0], filters[1]),
-        innovations[:, used],
-        slopes,
     )
 
 

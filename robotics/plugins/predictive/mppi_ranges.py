@@ -17,7 +17,7 @@ from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.setting import Setting
 from robotics.plugins.predictive.discs import keep_points, line
 from robotics.plugins.predictive.mppi import PAST, AheadColumns, PathIntegral, room_of_plans, send_average
-from robotics.plugins.reactive.along import AlongMemory, AlongPath, around, look_around, room_for_points, wanted
+from robotics.plugins.reactive.along import AlongMemory, AlongPath, around, look_around, wanted
 
 _AHEAD = AheadColumns.size
 
@@ -81,7 +81,3 @@ class IntegralAround(AlongPath, PathIntegral):
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Where on its path each robot starts, and plans that add nothing."""
         return np.concatenate([AlongPath.begin(self, setting, runs), PathIntegral.begin(self, setting, runs)])
-
-    def working_for(self, robots: int, sensors: int) -> int:
-        """Room for the points behind the plans."""
-        return self.working + room_for_points(sensors)

@@ -21,7 +21,7 @@ from robotics.laws.setting import Setting
 from robotics.plugins.predictive.discs import keep, keep_points, line
 from robotics.plugins.predictive.ilqr import NODE, node_of
 from robotics.plugins.predictive.nmpc import PredictiveControl, PredictiveMemory, end_at, forecast, send_best
-from robotics.plugins.reactive.along import AlongMemory, AlongPath, around, room_for_points, wanted
+from robotics.plugins.reactive.along import AlongMemory, AlongPath, around, wanted
 from robotics.plugins.reactive.orca import OrcaHeard, OrcaMessage, look_for_others
 from robotics.world.radio.channel import predicted
 
@@ -97,7 +97,3 @@ class PredictiveAround(AlongPath, PredictiveControl):
         """Where on its path each robot starts, and no plan."""
         plan = PredictiveControl.begin(self, setting, runs)[PredictiveMemory.size - 1 :]
         return np.concatenate([AlongPath.begin(self, setting, runs), plan])
-
-    def working_for(self, robots: int, sensors: int) -> int:
-        """Room for the points behind the plan."""
-        return self.working + room_for_points(sensors)

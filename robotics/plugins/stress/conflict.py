@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
+from robotics.laws.avoidance.reservation import square
 from robotics.plugins.stress.quintic_table import bend, coefficients, place, slope
 from robotics.world.paths.path import Quintic
 
@@ -52,7 +53,7 @@ def ends_clear(a, b):  # type: ignore[no-untyped-def]
     last = len(a) - 1
     for end in (0, last):
         for k in range(len(a)):
-            if _square(a[end], b[k]) < CLEAR * CLEAR or _square(b[end], a[k]) < CLEAR * CLEAR:
+            if square(a[end], b[k]) < CLEAR * CLEAR or square(b[end], a[k]) < CLEAR * CLEAR:
                 return False
     return True
 
@@ -61,7 +62,7 @@ def ends_clear(a, b):  # type: ignore[no-untyped-def]
 def ends_apart(a, b, apart):  # type: ignore[no-untyped-def]
     """Whether the starts of two paths (samples, 2) [m], and their ends, are ``apart`` [m] or more."""
     last = len(a) - 1
-    return _square(a[0], b[0]) >= apart * apart and _square(a[last], b[last]) >= apart * apart
+    return square(a[0], b[0]) >= apart * apart and square(a[last], b[last]) >= apart * apart
 
 
 @kernel
@@ -70,12 +71,6 @@ def in_conflict(points):  # type: ignore[no-untyped-def]
     for i in range(points.shape[0]):
         for j in range(i):
             for k in range(points.shape[1]):
-                if _square(points[i, k], points[j, k]) < CONFLICT * CONFLICT:
+                if square(points[i, k], points[j, k]) < CONFLICT * CONFLICT:
                     return True
     return False
-
-
-@kernel
-def _square(a, b):  # type: ignore[no-untyped-def]
-    """The squared distance [m²] of two points."""
-    return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2

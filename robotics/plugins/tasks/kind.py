@@ -10,10 +10,13 @@ if TYPE_CHECKING:
     from robotics.plugins.tasks.outcome import TaskOutcome
 
 
-def _run(plan: Any, folder: Path, **options: Any) -> "TaskOutcome":
-    from robotics.plugins.tasks.report import run_tasks
+def _run(plan: Any, folder: Path, command: str, **options: Any) -> "TaskOutcome":
+    from robotics.plugins.tasks.report import write_tasks
+    from robotics.plugins.tasks.running import drive_tasks
 
-    return run_tasks(plan, folder, **options)
+    outcome = drive_tasks(plan, folder, **options)
+    write_tasks(outcome, folder, command=command, begin=options["begin"])
+    return outcome
 
 
 def _answer(outcome: "TaskOutcome") -> list[str]:

@@ -1,6 +1,6 @@
 """The page of an arena of tasks: the answer in one look and ten sentences, and behind it the numbers and the terms."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 
@@ -17,50 +17,18 @@ from robotics.plugins.tasks.answer import answer
 from robotics.plugins.tasks.description import CLASSES, TASKS_PAGE, TaskArena
 from robotics.plugins.tasks.figures import TaskRow, plot_tasks
 from robotics.plugins.tasks.outcome import MEANS, TaskOutcome, paired_p
-from robotics.plugins.tasks.running import drive_tasks
 from robotics.show.report.chapter import Chapter, Grid, Picture
 from robotics.show.report.texts import ReportTexts
-from robotics.studies.executors import Workers
 
 _TEXTS = ReportTexts("robotics.plugins.tasks")
 
 
-def run_tasks(
-    arena: TaskArena,
-    out: str | Path | None = None,
-    *,
-    workers: Workers | None = None,
-    fresh: bool = False,
-    begin: Begin = unwatched,
-    announce: Callable[[str], None] = lambda text: None,
-    command: str | None = None,
-) -> TaskOutcome:
-    """Hold an arena of tasks: tune every law with the same budget, choose, test, and write what came of it.
-
-    The files are tasks.html, figures/, results.csv (a row a law and run), ranking.csv (a row a law), laws.csv (the
-    chosen laws as specifications), and searches/ and runs/, from which a stopped arena goes on.
-
-    Args:
-        arena: The arena, such as :func:`robotics.plugins.arena.kinds.load_plan` reads it.
-        out: The folder of the results. Default: out/arena.
-        workers: Who does the work, by default this process.
-        fresh: Whether to discard what the folder holds of an arena.
-        begin: Starts a bar of a progress display, by its text and total.
-        announce: Called with a sentence before the work begins: how many runs there are.
-        command: The command line that the page names.
-
-    Raises:
-        ArenaError: An arena that cannot be held, or a folder of another one.
-        OSError: Files cannot be written.
-    """
-    folder = Path(out) if out is not None else Path("out") / "arena"
-    outcome = drive_tasks(arena, folder, workers, fresh=fresh, begin=begin, announce=announce)
-    write_tasks(outcome, folder, command=command, begin=begin)
-    return outcome
-
-
 def write_tasks(outcome: TaskOutcome, folder: Path, *, command: str | None = None, begin: Begin = unwatched) -> Path:
-    """Write the tables, the figure and the page of an arena of tasks; return the page's path."""
+    """Write the tables, the figure and the page of an arena of tasks; return the page's path.
+
+    The files are tasks.html, figures/, results.csv (a row a law and run), ranking.csv (a row a law) and laws.csv (the
+    chosen laws as specifications).
+    """
     for name, table in (
         ("results", results_table(outcome)),
         ("ranking", ranking_table(outcome)),

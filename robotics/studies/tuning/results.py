@@ -1,6 +1,6 @@
 """What tuning leaves in its folder: the tuned law's rule bases, its specification, and where they come from."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +11,8 @@ import fuzzy
 from fuzzy.figures.drawing import save_figure
 from fuzzy.figures.tuning import plot_front, plot_search
 from fuzzy.files.atomic import write_json
-from fuzzy.files.fisfile import write_fis
+from fuzzy.files.fisfile import write_system
 from fuzzy.files.table import write_frame
-from fuzzy.system import Sugeno
 from robotics.laws.law import Law
 from robotics.laws.specification import Specification
 from robotics.studies.tuning.space import FORMATION, task_of
@@ -40,7 +39,7 @@ def write_tuned(tuned: Tuned, specification: str, folder: Path) -> str:
     provenance = {key: tuned.about[key] for key in kept}  # the contents of the scenarios are in search.json
     for file, (name, fis) in _files(tuned, values).items():
         (folder / file).parent.mkdir(exist_ok=True)
-        _writer(fis)(fis, folder / file, _comment(fis, name, tuned, provenance))
+        write_system(fis, folder / file, _comment(fis, name, tuned, provenance))
     inside = _specification(tuned, specification, values, Path())
     about = {
         "specification": inside,  # its files are those of this folder
@@ -73,14 +72,7 @@ def _files(tuned: Tuned, values: np.ndarray) -> dict[str, tuple[str, Any]]:
     moved = space.systems_of(values)
     if any(task_of(space.law, name) == FORMATION for name in moved):
         return {f"{_NETWORKS}/{name}.fis": (name, fis) for name, fis in space.made(values).fuzzy_systems.items()}
-    return {f"{name}.fis" if hasattr(fis, "rules") else name: (name, fis) for name, fis in moved.items()}
-
-
-def _writer(fis: Any) -> Callable[[Any, Path, str], None]:
-    """What writes a system: of a tree a folder."""
-    if isinstance(fis, Sugeno):
-        return write_fis
-    return fuzzy.write_tree if isinstance(fis, fuzzy.Tree) else fuzzy.write_type2
+    return {name if isinstance(fis, fuzzy.Tree) else f"{name}.fis": (name, fis) for name, fis in moved.items()}
 
 
 def _specification(tuned: Tuned, specification: str, values: np.ndarray, folder: Path) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 from fuzzy.naming import check_known
 from fuzzy.quantity import SMALLEST, check_quantities, described, quantity
 from fuzzy.tuning.parameter import Scale, SearchParameter, TuningError
-from fuzzy.tuning.systemspace import MOVABLE, MOVED, SystemSpace
+from fuzzy.tuning.systemspace import MOVABLE, MOVED, search_space
 from robotics.laws.catalogue import gain_fields, gains_of, with_gains
 from robotics.laws.law import Law
 
@@ -161,9 +161,9 @@ class LawSpace:
         # What moves by default is of a type-2 system its footprint, too.
         wished = None if set(parts) == set(MOVED) else parts
         return {
-            task: whole.search_space(wished, self.symmetric)
-            if (whole := self.law.composites.get(task)) is not None
-            else SystemSpace(fis, parts, self.symmetric, f"{task}." if prefix else "")
+            task: search_space(
+                self.law.composites.get(task, fis), wished, self.symmetric, prefix=f"{task}." if prefix else ""
+            )
             for task, fis in systems.items()
             if self.tasks is None or task in self.tasks
         }

@@ -79,6 +79,13 @@ def test_a_command_gets_the_finished_dataclass():
     assert seen == [("here", Kettle(volume=1.25, cups=5))]
 
 
+def test_every_command_takes_quiet_and_only_shows_it_where_there_is_a_bar(capsys):
+    assert call("brew -q") == 0
+    assert call("given --quiet --guests Ada") == 0
+    assert call("brew --help") == 0
+    assert "--quiet" not in capsys.readouterr().out
+
+
 def test_the_help_says_sentence_unit_range_and_default(capsys):
     assert call("brew --help") == 0
     said = " ".join(capsys.readouterr().out.split())

@@ -1,6 +1,7 @@
 """The command ``robotics study``: its numbers, its exit codes, what Ctrl-C keeps."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,10 +9,13 @@ import pandas as pd
 import pytest
 
 from robotics.commands.application import main
+from robotics.commands.study_printing import print_claims
 from robotics.plugins.thesis import chapters
+from robotics.show.report.chapter import Claim
 from robotics.show.report.plan import load_study
 from robotics.show.report.study import _chapters_named, with_seeds
 from robotics.simulation.scenario.reading import scenario_names
+from tests.robotics.measures.test_evidence import FAILS, HOLDS, OPEN
 from tests.robotics.show.report.test_study import EXTRA, SHORT, STUDY, TEAM
 
 
@@ -34,6 +38,13 @@ def test_verdicts_are_printed_and_do_not_change_the_exit_code(
         assert row["verdict"] != "cannot be told"
     assert "does not hold" in set(claims["verdict"]) | {"does not hold"}
     assert "team does not drive here" in said.err
+
+
+def test_a_claim_of_a_publication_is_one_line_that_names_its_forms(capsys: pytest.CaptureFixture[str]) -> None:
+    parts = (replace(FAILS, form="as printed"), replace(HOLDS, form="corrected"), replace(OPEN, form="ideal"))
+    print_claims([Claim(name="Calm", source="thesis 9", says="", untested="", parts=parts)])
+    *_, said = capsys.readouterr().out.splitlines()
+    assert said == "  Calm (thesis 9): as printed does not hold; corrected holds; ideal cannot be told"
 
 
 def test_json_has_the_claims(study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

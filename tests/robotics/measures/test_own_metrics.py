@@ -23,6 +23,7 @@ from robotics.show.report.summarytable import summary_table
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import parse_scenario
 from robotics.studies.comparison import ComparisonError, compare, summarise
+from tests.robotics.laws.test_laws_in_files import SCENARIO
 
 METRICS = '''
 import numpy as np
@@ -38,13 +39,6 @@ def comfort(run):
 
 spread = Metric(lambda run: np.full(run.stopped.shape, 2.0), "1", "two")
 '''
-SCENARIO = """
-duration = 0.5
-[[robots]]
-start = [0.0, 0.0, 0.0]
-timing = { speed = 0.2 }
-path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }
-"""
 
 
 @pytest.fixture

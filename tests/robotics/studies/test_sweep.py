@@ -31,24 +31,13 @@ from robotics.studies.design import Axis, ScenarioDesign, SweepError, design_poi
 from robotics.studies.executors import InProcess, Workers
 from robotics.studies.keptcomparison import PACKAGES, Case, KeptComparisons
 from robotics.studies.versions import versions
+from tests.robotics.commands.test_sweep_command import SCENARIO as ALONE
 
-SCENARIO = """
-duration = 1.0
-plant = "kinematic"
-
-[sensing]
-posture = "pose"
-position_noise = 0.002
-
-[[robots]]
-start = [0.0, 0.1, 0.0]
-path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }
-timing = { speed = 0.3 }
-
+SCENARIO = f"""{ALONE}
 [[robots]]
 start = [0.0, 0.9, 0.0]
-path = { shape = "line", start = [0.0, 1.0], end = [2.0, 1.0] }
-timing = { speed = 0.2 }
+path = {{ shape = "line", start = [0.0, 1.0], end = [2.0, 1.0] }}
+timing = {{ speed = 0.2 }}
 """
 SWEEPS = Path(__file__).parents[3] / "robotics" / "data" / "sweeps"
 SPEC = """

@@ -650,6 +650,9 @@ def test_seeds_contacts_and_a_text_in_place(bench: ModulePage, traits: dict[str,
     open_settings(page)
     assert page.get_by_text("off takes away: position ± 10 mm, start ± 30 mm").is_visible()
     assert page.locator("path.tr-band").count() == 1
+    bar = page.locator(".tr-seeds progress")
+    assert bar.is_hidden()
+    assert bar.bounding_box()["height"] > 4  # it keeps its place
     assert page.locator(".pn-views path.tr-seed").count() == 4  # the other seeds
     worst = page.get_by_role("row", name="RMS cross-track error [m]").locator(".tr-worst")
     assert float(worst.inner_text()) == pytest.approx(max(row["value"] for row in alone["seeds"]["rows"]), rel=5e-3)

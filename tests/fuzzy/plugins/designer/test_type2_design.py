@@ -28,7 +28,7 @@ TWO = fuzzy.to_type2(tipper(), lag={"service": {"good": (0.1, 0.3), "poor": 0.2}
 
 @pytest.fixture
 def document(tmp_path):
-    fuzzy.write_type2(TWO, tmp_path / "two.fis")
+    fuzzy.write_fis(TWO, tmp_path / "two.fis")
     return Document(tmp_path / "two.fis")
 
 

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.long
 
 def test_the_footprint_is_drawn_edited_undone_and_saved(browser, server):
     file, foot = server.folder / "two.fis", "[data-footprint=poor]"
-    fuzzy.write_type2(fuzzy.to_type2(tipper(), {"service": {"good": (0.1, 0.3)}}, 0.8), file)
+    fuzzy.write_fis(fuzzy.to_type2(tipper(), {"service": {"good": (0.1, 0.3)}}, 0.8), file)
     before = file.read_bytes()
     context = browser.new_context(viewport={"width": 1600, "height": 1000})
     tab = Watched(context, server)
@@ -62,3 +62,21 @@ def test_the_footprint_is_drawn_edited_undone_and_saved(browser, server):
     assert file.read_bytes() == before
     assert tab.wrong == []
     context.close()
+
+
+def test_a_page_has_the_panels_of_what_its_file_becomes(browser, server):
+    tab = Watched(browser.new_context(), server)
+    tab.open(server.address)
+    page = tab.page
+    panel = page.locator("[role=tab]:text-is('Step response')")
+    panel.wait_for(state="attached")
+    fuzzy.write_fis(fuzzy.to_type2(tipper()), server.folder / "tipper.fis")
+    page.get_by_role("button", name="File ▾").click()
+    page.get_by_role("menuitem", name="Revert to the saved file").click()
+    panel.wait_for(state="detached")
+    page.wait_for_selector("[data-footprint]")
+    page.get_by_role("button", name="Undo").click()
+    panel.wait_for(state="attached")
+    page.wait_for_selector("[data-footprint]", state="detached")
+    assert tab.wrong == []
+    tab.page.context.close()

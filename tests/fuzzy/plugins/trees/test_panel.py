@@ -20,7 +20,7 @@ POINT = {"distance": 0.9, "wet": 0.2, "wear": 0.4}
 
 @pytest.fixture
 def folder(tmp_path):
-    fuzzy.write_tree(TREE, tmp_path / "car")
+    TREE.write(tmp_path / "car")
     return tmp_path.resolve()
 
 
@@ -119,7 +119,7 @@ def test_the_page_leads_to_the_other_systems_and_asks_at_a_point(browser, folder
 
 @pytest.mark.long
 def test_the_tab_shows_the_tree_of_the_file(browser, server):
-    fuzzy.write_tree(TREE, server.folder / "car")
+    TREE.write(server.folder / "car")
     tab = Watched(browser.new_context(viewport={"width": 1400, "height": 1000}), server)
     page = tab.open(f"{server.address}&file=car/grip.fis")
     page.get_by_role("radio", name="Tree").click()

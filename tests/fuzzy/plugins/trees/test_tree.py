@@ -257,25 +257,25 @@ def test_what_makes_no_tree_is_said(said):
 def test_random_trees_come_back_from_their_folders(tmp_path):
     for seed in range(20):
         tree = random_tree(seed)
-        fuzzy.write_tree(tree, tmp_path / str(seed), "Title\n\nmore")
+        tree.write(tmp_path / str(seed), "Title\n\nmore")
         assert fuzzy.read_tree(tmp_path / str(seed)) == tree
     assert (tmp_path / "3" / "tree.toml").read_text().startswith('# Title\n#\n# more\nname = "tree"\n')
 
 
 def test_a_tree_that_cannot_be_written_leaves_the_one_that_is_there(tmp_path):
-    fuzzy.write_tree(TREE, tmp_path)
+    TREE.write(tmp_path)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     with pytest.raises(fuzzy.TreeError, match="no valid text"):
-        fuzzy.write_tree(fuzzy.Tree({"grip": random_system(np.random.default_rng(0), False)}, name="\ud800"), tmp_path)
+        fuzzy.Tree({"grip": random_system(np.random.default_rng(0), False)}, name="\ud800").write(tmp_path)
     (tmp_path / "late.fis").mkdir()
     with pytest.raises(IsADirectoryError, match=r"late\.fis"):
-        fuzzy.write_tree(fuzzy.Tree({"grip": SPEED, "late": GRIP}), tmp_path)
+        fuzzy.Tree({"grip": SPEED, "late": GRIP}).write(tmp_path)
     (tmp_path / "late.fis").rmdir()
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_a_file_without_connections_and_answers_is_read_by_the_names(tmp_path):
-    fuzzy.write_tree(TREE, tmp_path)
+    TREE.write(tmp_path)
     (tmp_path / "tree.toml").write_text('[systems]\nspeed = "speed.fis"\ngrip = "grip.fis"\n')
     assert fuzzy.read_tree(tmp_path / "tree.toml") == TREE
 
@@ -295,7 +295,7 @@ def test_a_file_without_connections_and_answers_is_read_by_the_names(tmp_path):
     ],
 )
 def test_a_file_that_describes_no_tree_is_refused_with_its_name(text, said, tmp_path):
-    fuzzy.write_tree(TREE, tmp_path)
+    TREE.write(tmp_path)
     (tmp_path / "tree.toml").write_text(text)
     with pytest.raises(fuzzy.InputError) as caught:
         fuzzy.read_tree(tmp_path)

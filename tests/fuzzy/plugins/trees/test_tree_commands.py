@@ -13,7 +13,7 @@ from tests.fuzzy.plugins.trees.test_tree import TREE
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    fuzzy.write_tree(TREE, tmp_path / "tree")
+    TREE.write(tmp_path / "tree")
     return tmp_path
 
 

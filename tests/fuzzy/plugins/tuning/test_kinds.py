@@ -8,8 +8,8 @@ import pytest
 
 import fuzzy
 from fuzzy.commands.application import main
-from fuzzy.plugins.tuning.spaces import space_of
 from fuzzy.tuning.parameter import TuningError
+from fuzzy.tuning.systemspace import search_space
 from tests.fuzzy.plugins.trees.randomtrees import by_hand, random_tree
 
 
@@ -58,7 +58,7 @@ def test_values_of_a_start_make_the_tree_and_each_number_moves_its_own_system():
     for seed in range(5):
         start = random_tree(seed)
         x = np.random.default_rng(seed).uniform(-1, 1, (30, len(start.inputs)))
-        space = space_of(start, None, False, x, by_hand(start, x, lambda fis, points: fis(points)))
+        space = search_space(start, None, False, (x, by_hand(start, x, lambda fis, points: fis(points))))
         values = np.array([p.start for p in space.parameters])
         assert space.made(values) == start
         other: Any = space.made(np.array([p.upper for p in space.parameters]))
@@ -102,7 +102,7 @@ def test_a_symmetric_footprint_stays_so():
     assert found != mirrored
     np.testing.assert_allclose(found(-x), -found(x), atol=1e-12)
     slant = fuzzy.to_type2(fis, {"e": {"low": 0.3}}, 0.9)
-    parameters = [p.name for p in space_of(slant, None, True, x, x).parameters]
+    parameters = [p.name for p in search_space(slant, None, True, (x, x)).parameters]
     assert "e.low.lag" in parameters
     assert "e.high.lag" in parameters
 
@@ -119,7 +119,7 @@ def test_what_cannot_be_is_told():
 def test_the_command_takes_a_folder_and_a_type2_file(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     start, true = tree(0.6, (0.5,) * 9), tree(0.3, BENT)
-    fuzzy.write_tree(start, "start")
+    start.write("start")
     given = X[:, ["abc".index(v.name) for v in start.inputs]]
     heads = [v.name for v in start.inputs]
     table = np.column_stack([given, true(given)])
@@ -132,7 +132,7 @@ def test_the_command_takes_a_folder_and_a_type2_file(tmp_path, monkeypatch, caps
     assert error < said["before"]
 
     wide = slanted(0.1, 0.9)
-    fuzzy.write_type2(wide, "wide.fis")
+    fuzzy.write_fis(wide, "wide.fis")
     y = slanted(0.4, 0.5)(X[:, :2])
     np.savetxt("two.csv", np.column_stack([X[:, :2], y]), delimiter=",", header="a,b,y", comments="")
     assert main(["tune", "two.csv", "wide.fis", "-o", "narrow.fis", "--move", "footprints", *options]) == 0

@@ -81,7 +81,7 @@ def test_all_that_rules_can_say_is_the_same_in_c(more, reduction, tmp_path):
 def test_the_command_writes_and_proves(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     with pytest.warns(fuzzy.FisFileWarning):
-        fuzzy.write_type2(versatile(), "wide.fis")
+        fuzzy.write_fis(versatile(), "wide.fis")
     assert main(["export", "c", "wide.fis", "-o", "out", "--verify", "--points", "20000"]) == 0
     assert "the same within 4e-15" in capsys.readouterr().out
     assert main(["export", "c", "wide.fis", "-o", "out", "--table", "9x9"]) == 2

@@ -7,7 +7,7 @@ import pytest
 
 import fuzzy
 from fuzzy.commands.application import main
-from fuzzy.plugins.type2.files import format_type2, type2_of
+from fuzzy.plugins.type2.files import type2_of
 from tests.fuzzy.plugins.type2.drawn import drawn
 
 
@@ -15,13 +15,13 @@ def test_systems_survive_writing_and_reading(tmp_path):
     rng = np.random.default_rng(3)
     for number in range(20):
         fis = drawn(rng)
-        fuzzy.write_type2(fis, tmp_path / "a.fis", "A title")
+        fuzzy.write_fis(fis, tmp_path / "a.fis", "A title")
         assert fuzzy.read_type2(tmp_path / "a.fis") == fis, number
 
 
 def test_the_text_without_comments_is_that_of_the_upper_system():
     fis = fuzzy.to_type2(fuzzy.read_fis(fuzzy.find_fis("tracking")), (0.1, 0.2), 0.9, "iasc")
-    lines = format_type2(fis).splitlines()
+    lines = fuzzy.format_fis(fis).splitlines()
     upper = fuzzy.format_fis(fis.upper).splitlines()
     assert [line for line in lines if not line.startswith(("%! TypeR", "%! Low"))] == upper
     assert sum(line.startswith("%! Lower=[0.9 0.1 0.2") for line in lines) == len(fis.inputs)
@@ -30,7 +30,7 @@ def test_the_text_without_comments_is_that_of_the_upper_system():
 
 def test_a_type_1_reader_says_who_reads_it(tmp_path):
     fis = drawn(np.random.default_rng(0))
-    fuzzy.write_type2(fis, tmp_path / "a.fis")
+    fuzzy.write_fis(fis, tmp_path / "a.fis")
     with pytest.raises(fuzzy.Type2Error, match=r"a\.fis:2: .*fuzzy\.read_type2"):
         fuzzy.read_fis(tmp_path / "a.fis")
     fuzzy.write_fis(fis.upper, tmp_path / "b.fis")
@@ -38,7 +38,7 @@ def test_a_type_1_reader_says_who_reads_it(tmp_path):
         fuzzy.read_type2(tmp_path / "b.fis")
 
 
-TEXT = format_type2(drawn(np.random.default_rng(0)))
+TEXT = fuzzy.format_fis(drawn(np.random.default_rng(0)))
 ROWS = re.search(r"%! Lower=(.*)", TEXT)[1]
 
 

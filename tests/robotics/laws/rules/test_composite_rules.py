@@ -31,8 +31,8 @@ def part(output):
 
 
 def test_what_is_equal_drives_alike(tmp_path):
-    fuzzy.write_tree(fuzzy.Tree({"along": part("dv"), "across": part("bend")}), tmp_path / "tree")
-    fuzzy.write_type2(fuzzy.to_type2(PLAIN, 0.0, 1.0), tmp_path / "same.fis")
+    fuzzy.Tree({"along": part("dv"), "across": part("bend")}).write(tmp_path / "tree")
+    fuzzy.write_fis(fuzzy.to_type2(PLAIN, 0.0, 1.0), tmp_path / "same.fis")
     wanted = simulate(CIRCLE, "fuzzy-correcting", [3])
     for whole in ("tree", "same.fis"):
         run = simulate(CIRCLE, f"fuzzy-correcting:rule_base={tmp_path / whole}", [3])
@@ -95,7 +95,7 @@ def test_what_takes_plain_rule_bases_only_says_so(tmp_path):
 
 def test_the_command_takes_a_folder(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    fuzzy.write_tree(fuzzy.Tree({"along": part("dv"), "across": part("bend")}), "tree")
+    fuzzy.Tree({"along": part("dv"), "across": part("bend")}).write("tree")
     for law in ("fuzzy-correcting:rule_base=tree", "fuzzy-correcting"):
         assert main(["run", "lyapunov-circle", "--controller", law, "--json"]) == 0
     tree, plain = (json.loads(line)["metrics"] for line in capsys.readouterr().out.splitlines())
@@ -107,9 +107,9 @@ def test_the_command_takes_a_folder(tmp_path, monkeypatch, capsys):
 def test_it_is_tuned_through_the_loop(tmp_path, monkeypatch, capsys, kind):
     monkeypatch.chdir(tmp_path)
     if kind == "tree":
-        fuzzy.write_tree(fuzzy.Tree({"along": part("dv"), "across": part("bend")}), "start")
+        fuzzy.Tree({"along": part("dv"), "across": part("bend")}).write("start")
     else:
-        fuzzy.write_type2(fuzzy.to_type2(PLAIN, 0.1, 0.9), "start")
+        fuzzy.write_fis(fuzzy.to_type2(PLAIN, 0.1, 0.9), "start")
     law = "fuzzy-correcting:rule_base=start"
     asked = ["tune", law, "lyapunov-circle", "--seeds", "1", "--check-seeds", "0", "--json", "-o", "tuned"]
     assert main([*asked, "--evaluations", "12"]) == 0

@@ -31,9 +31,9 @@ from robotics.world.paths.path import Line
 from robotics.world.paths.trajectory import Timing
 from robotics.world.radio.faults import FAULTS
 from tests.drawn import x_of
-from tests.robotics.show.playback.test_player import Page, times
+from tests.robotics.show.playback.test_player import ROBOTS, Page, times
 
-TEAM = """
+TEAM = f"""
 kind = "team"
 duration = 12.0
 controller = "virtual-structure-virtual"
@@ -59,19 +59,7 @@ robot = 2
 kind = "stall"
 start = 9.2
 duration = 0.6
-[[robots]]
-start = [0.0, 1.0, 0.0]
-path = { shape = "line", start = [0.0, 1.0], end = [2.0, 1.0] }
-timing = { duration = 10.0 }
-[[robots]]
-start = [0.0, 0.0, 0.0]
-path = { shape = "line", start = [0.0, 0.0], end = [1.5, 0.0] }
-timing = { duration = 10.0 }
-[[robots]]
-start = [0.0, -1.0, 0.0]
-path = { shape = "quintic", start = [0.0, -1.0], end = [2.0, -1.5] }
-timing = { duration = 10.0 }
-"""
+{ROBOTS}"""
 
 
 @pytest.fixture(scope="module")

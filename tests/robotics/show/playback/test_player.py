@@ -34,7 +34,21 @@ from robotics.world.vehicle.floor import Patch
 from tests.robotics.handmade import handmade
 from tests.robotics.show.playback.browser import CHROMIUM, Browser
 
-TEAM = """
+ROBOTS = """
+[[robots]]
+start = [0.0, 1.0, 0.0]
+path = { shape = "line", start = [0.0, 1.0], end = [2.0, 1.0] }
+timing = { duration = 10.0 }
+[[robots]]
+start = [0.0, 0.0, 0.0]
+path = { shape = "line", start = [0.0, 0.0], end = [1.5, 0.0] }
+timing = { duration = 10.0 }
+[[robots]]
+start = [0.0, -1.0, 0.0]
+path = { shape = "quintic", start = [0.0, -1.0], end = [2.0, -1.5] }
+timing = { duration = 10.0 }
+"""
+TEAM = f"""
 kind = "team"
 duration = 12.0
 controller = "virtual-structure-virtual"
@@ -56,19 +70,7 @@ robot = 1
 kind = "stall"
 start = 8.0
 duration = 1.0
-[[robots]]
-start = [0.0, 1.0, 0.0]
-path = { shape = "line", start = [0.0, 1.0], end = [2.0, 1.0] }
-timing = { duration = 10.0 }
-[[robots]]
-start = [0.0, 0.0, 0.0]
-path = { shape = "line", start = [0.0, 0.0], end = [1.5, 0.0] }
-timing = { duration = 10.0 }
-[[robots]]
-start = [0.0, -1.0, 0.0]
-path = { shape = "quintic", start = [0.0, -1.0], end = [2.0, -1.5] }
-timing = { duration = 10.0 }
-"""
+{ROBOTS}"""
 
 
 @pytest.fixture(scope="module")

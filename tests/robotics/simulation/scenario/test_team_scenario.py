@@ -17,6 +17,7 @@ from robotics.world.paths.trajectory import Timing
 from robotics.world.radio.description import RADIO_PRESETS, Radio, RadioError
 from robotics.world.radio.faults import Fault
 from robotics.world.sensing.posture import Sensing
+from tests.robotics.simulation.scenario.test_scenario import check_with_line
 
 GOOD = """\
 kind = "team"
@@ -454,15 +455,4 @@ VALUES = ["3", '"x"', "[1]", "[]", "{}", "true", "nan", "-1", "0", "1e308", "[[1
 @given(st.integers(0, GOOD.count("\n")), st.sampled_from(KEYS), st.sampled_from(VALUES), st.booleans())
 @settings(max_examples=150)
 def test_whatever_stands_in_a_line_the_error_is_a_scenario_error(line, key, value, instead):
-    lines = GOOD.splitlines()
-    if instead and line < len(lines) and "=" in lines[line]:
-        lines[line] = lines[line].split("=")[0] + "= " + value
-    else:
-        lines.insert(line, f"{key} = {value}")
-    try:
-        parse_scenario("\n".join(lines), "any")
-    except ScenarioError as error:  # any other kind would be a traceback to the user
-        said = str(error)
-    else:
-        return
-    assert said.startswith("<text>:")
+    check_with_line(GOOD.splitlines(), line, key, value, instead)
