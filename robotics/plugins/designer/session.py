@@ -34,7 +34,7 @@ from robotics.plugins.designer.uses import TryoutError
 # The first things to look at are made first
 _ORDER = ("check", "course", "tried", "choices", "before", "rival", "rules")
 _RUNS = {"tried", "before", "rival"}
-_REST = 0.5  # s after a run in which nothing else was wanted, until it is found which rule ruled when
+_REST = 0.8  # s after a run in which nothing else was wanted, until it is found which rule ruled when
 _KEPT = 32  # runs of rivals
 _CHOICES = (
     "scenario",

@@ -69,6 +69,7 @@ const LARGEST = 2e6; // bytes of a scenario's file
 const CHIPS = 5; // figures in sight while one drags
 const FOLLOWING = 100; // ms after which speeds and torques follow a path
 const BEFORE = 8; // s before the moment that matters most from which a run is played
+const RESTS = 600; // ms without another run after which that begins: to play takes the time that a drag's pictures need
 
 /** The model of a player, as anywidget's: given.turn(name, value) gives it another value, and says so. */
 function playerModel(given) {
@@ -946,7 +947,9 @@ export async function render({ model, el }) {
     const led = !began && !state.touched && !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     const time = led ? Math.max(0, get("tried").moment - BEFORE) : null;
     const shows = main.show(get("tried")?.player ?? null, time, { told, task: task(), ticked: ticked(main, other) });
-    if (shows && !began && (led || playing)) main.button().click();
+    if (shows) clearTimeout(state.starting);
+    if (shows && led) state.starting = setTimeout(() => main.button()?.click(), RESTS);
+    else if (shows && !began && playing) main.button().click();
     playBeside();
   }
   /** The rival's run beside that of the design, on the same clock. */
@@ -963,7 +966,14 @@ export async function render({ model, el }) {
     other.show(run, Number.isFinite(now) ? now : null, { ticked: ticked(other, main) });
   }
   for (const kind of ["pointerdown", "keydown"])
-    stages.addEventListener(kind, () => (state.touched = true), { capture: true });
+    stages.addEventListener(
+      kind,
+      () => {
+        state.touched = true;
+        clearTimeout(state.starting);
+      },
+      { capture: true },
+    );
 
   function draw() {
     drawControls();
@@ -1070,6 +1080,7 @@ export async function render({ model, el }) {
   return () => {
     end();
     clearTimeout(state.following);
+    clearTimeout(state.starting);
     errors.end();
     passing.toggle(false);
     settings.end();
