@@ -17,6 +17,7 @@ import {
   pixels,
   plot,
   put,
+  refill,
   said,
   say,
   scale,
@@ -232,7 +233,13 @@ export async function render({ model, el }) {
   const stages = element("div", { class: "tr-stages" }, element("figure", {}, stageTitle, stage), rivalFigure);
   const all = plot();
   const every = element("figure", { class: "tr-every", hidden: true }, element("figcaption", {}, "All seeds"), all);
-  const table = element("table", { class: "tr-metrics" });
+  const table = element(
+    "table",
+    { class: "tr-metrics" },
+    element("caption", { hidden: true }, "Metrics"),
+    element("thead"),
+    element("tbody"),
+  );
   const parts = [
     settings.node,
     figures.node,
@@ -503,7 +510,8 @@ export async function render({ model, el }) {
   }
 
   function drawKeys() {
-    keys.replaceChildren(
+    refill(
+      keys,
       keyed("tr-reference", "reference"),
       ...shown()
         .reverse()
@@ -832,11 +840,8 @@ export async function render({ model, el }) {
       ),
     );
     const rows = seeds ? seedRows(course, runs, seeds.runs) : course.metrics.map((metric) => runRow(metric, runs));
-    table.replaceChildren(
-      element("caption", { hidden: true }, "Metrics"),
-      element("thead", {}, head),
-      element("tbody", {}, ...rows),
-    );
+    refill(table.tHead, head);
+    refill(table.tBodies[0], ...rows);
   }
 
   const titled = (metric) =>
@@ -984,7 +989,9 @@ export async function render({ model, el }) {
       played = Boolean(course?.played);
     single.hidden = course === null || played;
     stages.hidden = !played;
-    besideField.hidden = true;
+    // First: what else is written here would be laid out before a canvas writes.
+    if (played) play();
+    else besideField.hidden = true;
     drawEnds();
     table.hidden = course === null || shown().length === 0;
     if (table.hidden) figures.update([]);
@@ -995,11 +1002,7 @@ export async function render({ model, el }) {
     }
     drawTable();
     drawFigures();
-    if (played) {
-      play();
-      drawEvery();
-      return;
-    }
+    if (played) return drawEvery();
     every.hidden = true;
     state.every = null;
     main.end();

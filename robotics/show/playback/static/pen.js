@@ -1,5 +1,7 @@
 // Drawing on a canvas: its size, lines with gaps, hatching, axes; numbers as text.
 
+const FONT = '12px system-ui, "DejaVu Sans", sans-serif'; // as a canvas tells it
+
 // A number as text: no −0, a true minus sign
 export const fixed = (value, digits) =>
   Number.isFinite(value)
@@ -35,7 +37,7 @@ export function begin(canvas, { ratio, width, height }) {
   pen.clearRect(0, 0, width, height);
   pen.setLineDash([]);
   pen.globalAlpha = 1;
-  pen.font = "12px system-ui, 'DejaVu Sans', sans-serif";
+  if (pen.font !== FONT) pen.font = FONT; // to set one lays the page out
   return pen;
 }
 
