@@ -58,8 +58,8 @@ _C_WRITER = next(iter(entry_points(group="fuzzyfleet.exports", name="c")), None)
 _TYPE_2 = "this is a type-2 system; what tries, trains and tunes a rule base here is for type-1 systems"
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 COARSE, FINE = 13, 0.2  # points of a small surface along each axis while one drags, and s until they are fine again
-REST = 0.4  # s after the last edit before the rules are checked
-_AT_ONCE = 50  # rules up to which that is done here and not in a worker
+REST = 0.8  # s after the last edit before the rules are checked: a hand that hesitates goes on before
+_FEW = 50  # rules up to which that takes some hundredths of a second
 DRAWN_WITHIN = 2.0  # s that drawing may take before the next state is sent all the same
 # A page in the background draws nothing until it is looked at.
 _DRAWN = """new Promise((done) => {
@@ -432,9 +432,11 @@ class _Page:
             return
         self._checked = of
         try:
-            # A small system is checked within some hundredths of a second.
-            small = len(design.lines) <= _AT_ONCE
-            findings = findings_data(design) if small else await self.bench.background(findings_data, design)
+            # Not here, where whoever drags would wait for it; a few in the process that reads files, which is there.
+            if len(design.lines) <= _FEW:
+                findings = await self.bench.read(self._name, findings_data, design)
+            else:
+                findings = await self.bench.background(findings_data, design)
         except (InputError, WorkError) as error:
             findings = [{"severity": "error", "sentence": f"The rules could not be checked: {error}", "places": []}]
         if self.bench.closed or of != (self.document.design.system, self.document.design.lines):

@@ -34,7 +34,8 @@ from robotics.plugins.designer.uses import TryoutError
 # The first things to look at are made first
 _ORDER = ("check", "course", "tried", "choices", "before", "rival", "rules")
 _RUNS = {"tried", "before", "rival"}
-_REST = 0.5  # s after a run in which nothing else was wanted, until it is found which rule ruled when
+_REST = 0.8  # s after a run in which nothing else was wanted, until it is found which rule ruled when
+_SAID = 0.1  # s after which it is said what is being run: a drag's runs are shorter, and nothing is drawn for that
 _KEPT = 32  # runs of rivals
 _CHOICES = (
     "scenario",
@@ -87,6 +88,8 @@ class TryoutSession(FolderSession):
         self.rival_found: Sugeno | str | InputError | None = None
         self.wanted = set(_ORDER) - {"check", "rules"}
         self.task: asyncio.Task[None] | None = None
+        self.doing = ""  # what the task runs
+        self.saying = Postponed(_SAID, self._say_doing)
         self.moments = RunMoments(bench)
         self.ruling = Postponed(_REST, self._want_rules)  # waits until the design rests
         self.weighed: Sugeno | None = None  # the system of which it was asked what each rule is worth
@@ -143,6 +146,9 @@ class TryoutSession(FolderSession):
         """Say what is waited for, unless something is run, which is said all the time."""
         if self.task is None or self.task.done():
             self.widget.update(busy=what and {"what": what, "took": None})
+
+    def _say_doing(self) -> None:
+        self.widget.update(busy={"what": self.doing, "took": self.took.get(self.doing)})
 
     def _do_choose(self, content: dict[str, Any]) -> None:
         name, value = check_known(content.get("name"), _CHOICES, "choice", TryoutError), content.get("value")
@@ -399,6 +405,7 @@ class TryoutSession(FolderSession):
         super().close()
         self.rounds.rest()
         self.ruling.cancel()
+        self.saying.cancel()
 
     # Runs
 
@@ -416,7 +423,8 @@ class TryoutSession(FolderSession):
                 what = next(name for name in _ORDER if name in self.wanted)
                 self.wanted -= {what}
                 if what not in ("check", "rules"):
-                    self.widget.update(busy={"what": what, "took": self.took.get(what)})
+                    self.doing = what
+                    self.saying.begin()
                 asked, began = (self.wish, self._driven()), monotonic()
                 try:
                     data = await self._made(what)
@@ -428,6 +436,7 @@ class TryoutSession(FolderSession):
                 self.took[what] = monotonic() - began
                 self._show(what, data, said)
         finally:
+            self.saying.cancel()
             self.widget.update(busy=None)
         self._settled_down()
 

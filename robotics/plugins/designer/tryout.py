@@ -45,6 +45,7 @@ from robotics.world.environment.world import outlines
 
 _POINTS = 600  # points of a path that is drawn, at most
 _MOVES = 0.05  # m/s: a robot that is slower stands
+_TOLD = ("contacts", "min_clearance_m", "arrival_time_s")  # metrics of which more is made than a number in the table
 _IN_PYTHON = re.compile(r" \((?:no_rule_fires|out_of_range) = [^)]*\)$")  # how Python chooses, in a warning
 
 
@@ -384,7 +385,8 @@ def shown(attempt: Attempt, label: str, cost: Cost | None = None) -> dict[str, A
         cost: What it costs, if it has a cost.
     """
     run = attempt.run
-    measured = measure_all(run, installed_metrics()[0])
+    wanted = [*_shown_metrics(run.about.kind, others=True, cost=cost), *_TOLD]
+    measured = measure_all(run, installed_metrics()[0], only=wanted)
     data = {"label": label, "warned": list(attempt.warned), "notes": list(attempt.notes)}
     data |= seed_data(run, measured, attempt.divergence, cost=cost)
     if run.about.kind != "tracking" or can_touch(run):

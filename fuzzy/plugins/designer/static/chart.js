@@ -39,6 +39,16 @@ export function say(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
+/** Give a node other children; those that are alike stay, and the page need not lay them out. None may have listeners. */
+export function refill(node, ...children) {
+  const old = [...node.childNodes];
+  children.forEach((child, n) => {
+    if (n >= old.length) node.append(child);
+    else if (!old[n].isEqualNode(child)) old[n].replaceWith(child);
+  });
+  for (const extra of old.slice(children.length)) extra.remove();
+}
+
 /**
  * Put style sheets into the page, each once; done when they are in force, for what measures. They stand beside the module
  * at `base`, its import.meta.url.

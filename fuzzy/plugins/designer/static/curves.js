@@ -39,6 +39,8 @@ export function membershipChart(hands) {
   const key = pressing();
   let view = null,
     drawnFor = "",
+    frame = "", // what its axes
+    names = "", // and its names were drawn for
     box,
     x,
     y,
@@ -205,16 +207,24 @@ export function membershipChart(hands) {
       viewBox: `0 0 ${width} ${height}`,
       "aria-label": `Membership functions of ${variable.name}`,
     });
-    layers.back.replaceChildren(
-      axes(box, x, y, [labelled(variable), null], [0, 0.5, 1]),
-      shape("text", { x: 8, y: 14, class: "fd-name", "aria-hidden": "true" }, "degree"),
-    );
+    // Texts are slow to lay out: those that a drag leaves as they are stay.
+    const framed = JSON.stringify([box, low, high, labelled(variable)]);
+    if (framed !== frame) {
+      frame = framed;
+      layers.back.replaceChildren(
+        axes(box, x, y, [labelled(variable), null], [0, 0.5, 1]),
+        shape("text", { x: 8, y: 14, class: "fd-name", "aria-hidden": "true" }, "degree"),
+      );
+    }
+    const namedFor = JSON.stringify([framed, labels, rows, selected, variable.terms.map(({ name }) => name)]),
+      renamed = namedFor !== names;
+    names = namedFor;
     const below = { left: box.left, right: box.right, top: foot + 4, bottom: foot + 4 + STRIP };
     layers.rows.replaceChildren(view.histogram ? strip(view.histogram, x, below) : "");
     const before = view.compared?.terms ?? [];
     layers.old.replaceChildren(...before.map((term) => shape("path", { d: curve(term).path, class: "fd-compared" })));
     layers.curves.replaceChildren();
-    layers.names.replaceChildren();
+    if (renamed) layers.names.replaceChildren();
     const lastly = [...drawn.keys()].sort((a, b) => Number(drawn[a].bold) - Number(drawn[b].bold));
     for (const i of lastly) {
       const each = drawn[i],
@@ -246,6 +256,7 @@ export function membershipChart(hands) {
       layers.curves.append(
         shape("path", { d: path, class: "fd-hit", "data-term": term.name }, shape("title", {}, term.name)),
       );
+      if (!renamed) continue;
       const at = rows[i],
         base = box.top - 14 - at.row * ROW,
         half = labels[i].width / 2,

@@ -1,5 +1,5 @@
 // The settings of a view as one line above its pictures, which opens as a sheet over them; and figures as chips.
-import { element, put, said, say } from "./chart.js";
+import { element, put, refill, said, say } from "./chart.js";
 
 /**
  * A line that opens a sheet with `content`: {node, words(parts), show(on), end()}. Escape closes it, and a press elsewhere
@@ -54,7 +54,7 @@ export function chips(label) {
   }
   function update(rows) {
     put(node, { hidden: rows.length ? null : "" });
-    node.replaceChildren(...rows.map(chip));
+    refill(node, ...rows.map(chip));
   }
   return { node, update };
 }

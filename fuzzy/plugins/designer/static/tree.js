@@ -215,7 +215,7 @@ export function render({ model, el }) {
       selected = model.get("selected") ?? {};
     title.show(design.name);
     const list = branches(design),
-      text = JSON.stringify([list, [...shut], current]);
+      text = JSON.stringify([list, [...shut], current], (name, value) => (name === "curve" ? value !== null : value));
     if (text !== drawn) {
       const had = focus || tree.contains(document.activeElement);
       drawn = text;
@@ -227,6 +227,15 @@ export function render({ model, el }) {
         put(items[0].own, { tabindex: 0 });
       }
       if (had) items.find(({ item }) => item.id === current).own.focus();
+    } else {
+      // A hand that drags a term changes curves alone.
+      const seen = (each) => each.flatMap((item) => [item, ...(shut.has(item.id) ? [] : seen(item.children))]);
+      for (const [k, { curve, span }] of seen(list).entries()) {
+        const { item, own } = items[k];
+        if (JSON.stringify(curve) === JSON.stringify(item.curve)) continue;
+        item.curve = curve;
+        own.querySelector(".fd-sketch").replaceWith(sketch(curve, span));
+      }
     }
     for (const { item, own } of items) {
       const on =

@@ -1,5 +1,14 @@
 // A picture over the time of a run: curves of several runs, and a dot on each at the time that one looks at.
-import { axes, line, numbersOf, put, scale, shape, ticks } from "../../../../fuzzy/plugins/designer/static/chart.js";
+import {
+  axes,
+  line,
+  numbersOf,
+  put,
+  refill,
+  scale,
+  shape,
+  ticks,
+} from "../../../../fuzzy/plugins/designer/static/chart.js";
 
 const known = (value) => (value === null ? NaN : value);
 
@@ -30,8 +39,6 @@ export function overTime(svg, { title, duration, size, curves, least, under = ()
     );
     drawn.append(shape("path", { d, class: kind, ...(run ? { "data-run": run } : {}) }));
   }
-  const cursor = shape("line", { class: "tr-cursor", y1: box.top, y2: box.bottom }),
-    dots = shape("g", {});
   put(svg, { viewBox: `0 0 ${size.width} ${size.height}`, height: size.height });
   numbersOf.set(
     svg,
@@ -40,7 +47,14 @@ export function overTime(svg, { title, duration, size, curves, least, under = ()
       [`${title}, ${run ?? kind.replace(/^tr-/, "")}`, ...each],
     ]),
   );
-  svg.replaceChildren(axes(box, x, y, ["time [s]", title], ticks(low, high, 5)), drawn, cursor, dots);
+  refill(
+    svg,
+    axes(box, x, y, ["time [s]", title], ticks(low, high, 5)),
+    drawn,
+    shape("line", { class: "tr-cursor", y1: box.top, y2: box.bottom }),
+    shape("g", {}),
+  );
+  const [, , cursor, dots] = svg.children;
 
   function at(time) {
     put(cursor, { x1: x(time), x2: x(time) });

@@ -17,6 +17,7 @@ import {
   pixels,
   plot,
   put,
+  refill,
   said,
   say,
   scale,
@@ -69,6 +70,7 @@ const LARGEST = 2e6; // bytes of a scenario's file
 const CHIPS = 5; // figures in sight while one drags
 const FOLLOWING = 100; // ms after which speeds and torques follow a path
 const BEFORE = 8; // s before the moment that matters most from which a run is played
+const RESTS = 600; // ms without another run after which that begins: to play takes the time that a drag's pictures need
 
 /** The model of a player, as anywidget's: given.turn(name, value) gives it another value, and says so. */
 function playerModel(given) {
@@ -231,7 +233,13 @@ export async function render({ model, el }) {
   const stages = element("div", { class: "tr-stages" }, element("figure", {}, stageTitle, stage), rivalFigure);
   const all = plot();
   const every = element("figure", { class: "tr-every", hidden: true }, element("figcaption", {}, "All seeds"), all);
-  const table = element("table", { class: "tr-metrics" });
+  const table = element(
+    "table",
+    { class: "tr-metrics" },
+    element("caption", { hidden: true }, "Metrics"),
+    element("thead"),
+    element("tbody"),
+  );
   const parts = [
     settings.node,
     figures.node,
@@ -502,7 +510,8 @@ export async function render({ model, el }) {
   }
 
   function drawKeys() {
-    keys.replaceChildren(
+    refill(
+      keys,
       keyed("tr-reference", "reference"),
       ...shown()
         .reverse()
@@ -831,11 +840,8 @@ export async function render({ model, el }) {
       ),
     );
     const rows = seeds ? seedRows(course, runs, seeds.runs) : course.metrics.map((metric) => runRow(metric, runs));
-    table.replaceChildren(
-      element("caption", { hidden: true }, "Metrics"),
-      element("thead", {}, head),
-      element("tbody", {}, ...rows),
-    );
+    refill(table.tHead, head);
+    refill(table.tBodies[0], ...rows);
   }
 
   const titled = (metric) =>
@@ -946,7 +952,9 @@ export async function render({ model, el }) {
     const led = !began && !state.touched && !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     const time = led ? Math.max(0, get("tried").moment - BEFORE) : null;
     const shows = main.show(get("tried")?.player ?? null, time, { told, task: task(), ticked: ticked(main, other) });
-    if (shows && !began && (led || playing)) main.button().click();
+    if (shows) clearTimeout(state.starting);
+    if (shows && led) state.starting = setTimeout(() => main.button()?.click(), RESTS);
+    else if (shows && !began && playing) main.button().click();
     playBeside();
   }
   /** The rival's run beside that of the design, on the same clock. */
@@ -963,7 +971,14 @@ export async function render({ model, el }) {
     other.show(run, Number.isFinite(now) ? now : null, { ticked: ticked(other, main) });
   }
   for (const kind of ["pointerdown", "keydown"])
-    stages.addEventListener(kind, () => (state.touched = true), { capture: true });
+    stages.addEventListener(
+      kind,
+      () => {
+        state.touched = true;
+        clearTimeout(state.starting);
+      },
+      { capture: true },
+    );
 
   function draw() {
     drawControls();
@@ -974,7 +989,9 @@ export async function render({ model, el }) {
       played = Boolean(course?.played);
     single.hidden = course === null || played;
     stages.hidden = !played;
-    besideField.hidden = true;
+    // First: what else is written here would be laid out before a canvas writes.
+    if (played) play();
+    else besideField.hidden = true;
     drawEnds();
     table.hidden = course === null || shown().length === 0;
     if (table.hidden) figures.update([]);
@@ -985,11 +1002,7 @@ export async function render({ model, el }) {
     }
     drawTable();
     drawFigures();
-    if (played) {
-      play();
-      drawEvery();
-      return;
-    }
+    if (played) return drawEvery();
     every.hidden = true;
     state.every = null;
     main.end();
@@ -1070,6 +1083,7 @@ export async function render({ model, el }) {
   return () => {
     end();
     clearTimeout(state.following);
+    clearTimeout(state.starting);
     errors.end();
     passing.toggle(false);
     settings.end();

@@ -1,5 +1,7 @@
 // Drawing on a canvas: its size, lines with gaps, hatching, axes; numbers as text.
 
+const FONT = '12px system-ui, "DejaVu Sans", sans-serif'; // as a canvas tells it
+
 // A number as text: no −0, a true minus sign
 export const fixed = (value, digits) =>
   Number.isFinite(value)
@@ -18,12 +20,14 @@ export function ticks(low, high, most) {
   return { values: out, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
 }
 
-export function sized(canvas, height, least = 160) {
-  const width = Math.max(least, canvas.parentNode.clientWidth),
-    ratio = window.devicePixelRatio || 1;
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
-  canvas.style.height = `${height}px`;
+/** Give canvases a size [px]. One that they have is not set again: that would take new ones, and lay the page out. */
+export function sized(width, height, ...canvases) {
+  const ratio = window.devicePixelRatio || 1,
+    size = { width: Math.round(width * ratio), height: Math.round(height * ratio) };
+  for (const canvas of canvases) {
+    for (const side of ["width", "height"]) if (canvas[side] !== size[side]) canvas[side] = size[side];
+    canvas.style.height = `${height}px`;
+  }
   return { width, height, ratio };
 }
 
@@ -33,7 +37,7 @@ export function begin(canvas, { ratio, width, height }) {
   pen.clearRect(0, 0, width, height);
   pen.setLineDash([]);
   pen.globalAlpha = 1;
-  pen.font = "12px system-ui, 'DejaVu Sans', sans-serif";
+  if (pen.font !== FONT) pen.font = FONT; // to set one lays the page out
   return pen;
 }
 

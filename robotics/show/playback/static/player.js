@@ -21,6 +21,10 @@ const MODES = ["faint", "s5", "s3", "s4"];
 const MODE_DASHES = [[], [], [5, 3], [2, 2]];
 const GONE = 8; // the code of a stopped robot
 const words = { failure: "failure", delay: "delay", silence: "silent", stall: "stalled" };
+/** Set a text that differs: the page is laid out anew for it. */
+function say(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
 function make(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -134,7 +138,7 @@ function mount(model, el, time) {
     Object.assign(slider, { min: data.start, max: data.end });
     const said = `The robots' operating modes over time, with ${events.length} changes of mode; click to go to a time`;
     marks.setAttribute("aria-label", said);
-    contactWords.textContent = contactList();
+    say(contactWords, contactList());
   }
   const nextContact = () => {
     const later = contacts.map(([at]) => at).filter((at) => at - state.t > 1e-3);
@@ -268,6 +272,11 @@ function mount(model, el, time) {
 
   // Looks that depend on the page: sizes, colours, and what does not change with time
   let theme, view, span, lines;
+  const widths = new Map(); // of canvases [px]: each measuring lays the page out
+  function widthOf(canvas, least = 160) {
+    if (!widths.has(canvas)) widths.set(canvas, canvas.parentNode.clientWidth);
+    return Math.max(least, widths.get(canvas));
+  }
   function layout() {
     root.classList.toggle("wide", el.clientWidth >= 1040);
     root.classList.toggle("narrow", el.clientWidth < 600);
@@ -285,6 +294,10 @@ function mount(model, el, time) {
       paper: named("paper"),
     };
     root.querySelectorAll(".swatch").forEach((node) => drawSwatch(node));
+    widths.clear();
+    redraw();
+  }
+  function redraw() {
     layoutScene();
     layoutChart();
     if (data.modes) layoutMarks();
@@ -296,15 +309,12 @@ function mount(model, el, time) {
   const [marksStill, still, chartStill] = [0, 1, 2].map(() => make("canvas"));
   function layoutMarks() {
     const rows = few ? count : 0,
-      size = sized(marks, 8 + 7 * rows, 60),
+      size = sized(widthOf(marks, 60), 8 + 7 * rows, marks, marksStill),
       left = 8,
       right = size.width - 8; // as a slider's thumb
     strip = { size, x: (t) => left + ((right - left) * (t - data.start)) / (data.end - data.start) };
     strip.time = (px) => data.start + ((data.end - data.start) * (px - left)) / (right - left);
-    strip.still = marksStill;
-    strip.still.width = marks.width;
-    strip.still.height = marks.height;
-    const pen = begin(strip.still, size),
+    const pen = begin(marksStill, size),
       { codes } = data.modes;
     pen.font = "9px system-ui, 'DejaVu Sans', sans-serif";
     pen.textBaseline = "middle";
@@ -347,7 +357,7 @@ function mount(model, el, time) {
 
   function drawMarks(t) {
     const pen = begin(marks, strip.size);
-    pen.drawImage(strip.still, 0, 0, strip.size.width, strip.size.height);
+    pen.drawImage(marksStill, 0, 0, strip.size.width, strip.size.height);
     pen.strokeStyle = theme.ink;
     pen.lineWidth = 2;
     pen.beginPath();
@@ -374,10 +384,11 @@ function mount(model, el, time) {
     const [left, right, bottom, top] = data.bounds,
       around = Math.max(...data.sizes.map((size) => Math.round(50 * Math.hypot(...size)) / 100)),
       margin = 0.03 * Math.max(right - left, top - bottom) + around;
-    const width = Math.max(160, scene.parentNode.clientWidth),
+    const width = widthOf(scene),
       inner = width - 56;
     const wanted = (inner * (top - bottom + 2 * margin)) / (right - left + 2 * margin);
-    const size = sized(scene, Math.round(Math.min(Math.max(wanted, 150), Math.max(260, 0.8 * width), 620)) + 70);
+    const height = Math.round(Math.min(Math.max(wanted, 150), Math.max(260, 0.8 * width), 620)) + 70,
+      size = sized(width, height, scene, still);
     const frame = { left: 44, right: size.width - 12, top: 30, bottom: size.height - 40 };
     const across = frame.right - frame.left,
       down = frame.bottom - frame.top;
@@ -389,8 +400,6 @@ function mount(model, el, time) {
     // Among obstacles a robot that is drawn too large would seem to touch them.
     const grown = data.obstacles ? 1 : Math.max(1, (few ? 18 : count > 60 ? 8 : 11) / (data.shortest * scale));
     view = { size, scale, grown, frame, x: (v) => mx + scale * (v - cx), y: (v) => my - scale * (v - cy) };
-    still.width = scene.width;
-    still.height = scene.height;
     const pen = begin(still, size),
       most = Math.max(3, Math.round(across / 70));
     const wide = across / scale / 2,
@@ -429,12 +438,15 @@ function mount(model, el, time) {
     if (contacts.length) parts.push("⊗: contact, from its begin on");
     if (rules) parts.push("broad band and numbers: the rule that decides most along the path of the robot with a ring");
     if (calm.matches) parts.push("reduced motion: two pictures a second");
-    note.textContent = `${parts.join(" · ")}. Keys: space plays and pauses; ← and → move by 1 s, with shift by 10 s${data.sonar ? "; S shows the sonar cones" : ""}${events.length ? "; P and N go to the changes of mode" : ""}${contacts.length ? "; C goes to the next contact" : ""}${rules && count > 1 ? "; R shows the rules of the next robot" : ""}.`;
+    say(
+      note,
+      `${parts.join(" · ")}. Keys: space plays and pauses; ← and → move by 1 s, with shift by 10 s${data.sonar ? "; S shows the sonar cones" : ""}${events.length ? "; P and N go to the changes of mode" : ""}${contacts.length ? "; C goes to the next contact" : ""}${rules && count > 1 ? "; R shows the rules of the next robot" : ""}.`,
+    );
   }
 
   function layoutChart() {
     lines = series(data, chart.value);
-    const size = sized(plot, root.classList.contains("wide") ? 250 : 200);
+    const size = sized(widthOf(plot), root.classList.contains("wide") ? 250 : 200, plot, chartStill);
     const frame = { left: 48, right: size.width - 16, top: 30, bottom: size.height - 40 };
     let low = Infinity,
       high = -Infinity;
@@ -454,8 +466,6 @@ function mount(model, el, time) {
       y: (v) => frame.bottom - ((frame.bottom - frame.top) * (v - low)) / (high - low),
       time: (px) => data.start + ((data.end - data.start) * (px - frame.left)) / (frame.right - frame.left),
     };
-    chartStill.width = plot.width;
-    chartStill.height = plot.height;
     const pen = begin(chartStill, size);
     const xs = ticks(data.start, data.end, Math.max(3, Math.round(size.width / 80)));
     axes(pen, frame, span, theme, xs, ticks(low, high, 4), [
@@ -510,7 +520,9 @@ function mount(model, el, time) {
       );
       pen.stroke();
     });
-    keys.replaceChildren(...(paired ? lines.map(({ name }, n) => make("span", {}, swatch(n + PAIRS), name)) : []));
+    const names = paired ? lines.map(({ name }) => name) : [];
+    if (keys.textContent === names.join("")) return;
+    keys.replaceChildren(...names.map((name, n) => make("span", {}, swatch(n + PAIRS), name)));
     keys.querySelectorAll(".swatch").forEach((node) => drawSwatch(node));
   }
 
@@ -828,9 +840,6 @@ function mount(model, el, time) {
   }
 
   function readOut(t, place, ages) {
-    const put = (cell, text) => {
-      if (cell.textContent !== text) cell.textContent = text;
-    };
     const condition = (i) => {
       if (data.stopped(i, t)) return "stopped";
       const kind = data.fault(i, t);
@@ -863,8 +872,8 @@ function mount(model, el, time) {
       if (data.channels.progress) values.push(fixed(data.at("progress", i, place), 3));
       values.push(condition(i));
       if (data.hears !== null) values.push(heard(i));
-      if (!few) put(row.firstChild, `${i + 1}`);
-      values.forEach((text, column) => put(row.children[column + 1], text));
+      if (!few) say(row.firstChild, `${i + 1}`);
+      values.forEach((text, column) => say(row.children[column + 1], text));
       row.classList.toggle("picked", few && i === state.picked);
       row.classList.toggle("hidden", !seen(i));
     });
@@ -881,7 +890,7 @@ function mount(model, el, time) {
     const touched = contacts.filter(([at]) => at <= t + 1e-9).at(-1);
     if (touched) said.push(`contact at ${fixed(touched[0], 2)} s: ${touched[5]}`);
     if (ages.size) said.push(`${ages.size} of ${data.links.length} links are stale`);
-    put(summary, said.join(" · "));
+    say(summary, said.join(" · "));
   }
 
   // Time
@@ -1040,7 +1049,7 @@ function mount(model, el, time) {
     read();
     state.t = within(t);
     rules?.renew();
-    layout();
+    redraw();
     return true;
   };
   return { remove, time: () => state.t, seek, renew };

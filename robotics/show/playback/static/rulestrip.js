@@ -161,8 +161,9 @@ export function ruleStrip({ seek, open }) {
     cursor.style.left = `${(100 * (within(time) - from)) / (to - from)}%`;
     let best = null;
     for (const { row, value, name } of lines) {
-      const mine = share(row);
-      value.textContent = percent(mine);
+      const mine = share(row),
+        text = percent(mine);
+      if (value.textContent !== text) value.textContent = text;
       name.classList.toggle("rs-rules", mine >= 0.005);
       if (best === null || (mine ?? -1) > (share(best) ?? -1)) best = row;
     }

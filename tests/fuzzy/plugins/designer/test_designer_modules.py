@@ -11,9 +11,10 @@ import pytest
 import fuzzy
 from fuzzy.membershipfunction import MATLAB_NAMES, register
 from fuzzy.plugins.designer.design import design_of
+from fuzzy.plugins.designer.edits import apply
 from fuzzy.plugins.designer.views import design_data, surface_data, viewer_data
 from tests.browsers import drag, touch
-from tests.fuzzy.plugins.designer.design_bench import Bench, system
+from tests.fuzzy.plugins.designer.design_bench import STATIC, Bench, system
 
 pytestmark = pytest.mark.long
 
@@ -617,6 +618,25 @@ def test_names_that_stand_higher_are_led_to_their_peaks(bench: Bench) -> None:
     end = leader.get_attribute("d").rpartition("L")[2]
     assert end in bench.curve("near")
     assert end not in bench.curve("very near")
+
+
+@pytest.mark.parametrize(("module", "part"), [("terms", "svg.fd-chart"), ("tree", ".fd-branches")])
+def test_what_an_edit_leaves_on_the_page_is_what_a_new_page_shows(bench: Bench, module: str, part: str) -> None:
+    """A drag leaves what is alike as it is."""
+    bench.show(module)
+    page, picture = bench.page, f"document.querySelector('{part}').innerHTML"
+    page.evaluate("window.first = document.querySelector('.fd-tick, [role=treeitem]')")
+    for parameters in ([0.0, 0.5, 0.8], [0.0, 1.4, 1.8], [-0.3, 0.0, 1.8]):  # a foot; the peak, which moves the name
+        before = page.evaluate(picture)
+        message = {"edit": "term", "kind": "input", "variable": "d", "term": "near", "parameters": parameters}
+        bench.design = apply(bench.design, {**message, "gesture": None})
+        bench.give(**bench.traits())
+        shown = page.evaluate(picture)
+        assert shown != before
+        assert page.evaluate("first.isConnected")
+        bench.render(f"{STATIC}/{module}.js", bench.traits(), 900)
+        assert page.evaluate(picture) == shown
+        page.evaluate("window.first = document.querySelector('.fd-tick, [role=treeitem]')")
 
 
 def test_difference_to_another_design(bench: Bench) -> None:

@@ -542,6 +542,24 @@ def test_the_time_is_dragged_clicked_and_played(bench: ModulePage, traits: dict[
     page.get_by_role("button", name="Pause").click()
 
 
+def test_what_a_run_leaves_on_the_page_is_what_a_new_page_shows(bench: ModulePage, traits: dict[str, Any]) -> None:
+    page = bench.page
+    shown = """[".tr-metrics", ".pn-chips", ".pn-keys", ".pn-views"].map((part) =>
+      document.querySelector(part).innerHTML.replaceAll(/tr-[a-z0-9]{8,12}(?=["\\)])/g, "id"))"""
+    seen = []
+    # Another one, the same as the one before, and one of which nothing is known
+    for tried in (traits["tried"], traits["before"], {"label": "it", "why": "it cannot"}):
+        bench.render(TRYOUT, traits)
+        page.wait_for_function("document.querySelectorAll('path[data-run=tried]').length === 6")
+        bench.give(tried=tried)
+        page.wait_for_timeout(250)  # speeds and torques follow
+        seen.append(page.evaluate(shown))
+        bench.render(TRYOUT, traits | {"tried": tried})
+        page.wait_for_timeout(250)
+        assert page.evaluate(shown) == seen[-1]
+    assert len({str(each) for each in seen}) == 3
+
+
 @pytest.mark.parametrize("width", [390, 1600])
 def test_a_trial_fits_the_page(bench: ModulePage, traits: dict[str, Any], width: int) -> None:
     page = bench.page
@@ -589,6 +607,20 @@ def test_a_run_that_nobody_touched_is_replayed_after_an_edit(bench: ModulePage, 
     shown = {"trial": place["trial"] | {"kind": "team", "rival": ""}, "course": place["course"], "tried": tried}
     bench.render(TRYOUT, traits | shown | {"before": None, "rival": None})
     page.get_by_role("button", name="Play").wait_for()
+    # While one run follows another, as in a drag, none is played.
+    said = page.evaluate(
+        """async (tried) => {
+          const said = new Set();
+          for (let k = 0; k < 16; k += 1) {
+            window.model.take({ tried: { ...tried, player: { ...tried.player, title: `${k}` } } });
+            await new Promise((done) => setTimeout(done, 50));
+            said.add(document.querySelector("button.play").textContent);
+          }
+          return [...said];
+        }""",
+        tried,
+    )
+    assert said == ["Play"]
     bench.give(tried=tried | {"player": {**tried["player"], "title": "another"}, "moment": 30.0})
     page.get_by_role("button", name="Pause").wait_for()
     assert 22.0 <= float(page.get_by_role("slider", name="Time", exact=True).input_value()) < 40.0

@@ -19,6 +19,7 @@ from fuzzy.system import Constant, Linear, Sugeno, Variable
 from robotics.laws.catalogue import make_controller, presets
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.registry import measure_all, panel_metrics
+from robotics.plugins.designer import session as session_module
 from robotics.plugins.designer.folderfiles import read_text_file
 from robotics.plugins.designer.moments import rounded_list
 from robotics.plugins.designer.panel import formation_data, panel
@@ -354,6 +355,25 @@ async def settle(session: TryoutSession) -> None:
         await asyncio.wait(session.reading.values())
     assert session.task is not None
     await session.task
+
+
+def test_what_is_run_is_said_once_it_takes_a_while(tracking: Sugeno, slower: Sugeno, monkeypatch: Any) -> None:
+    async def scene(wait: float) -> Any:
+        monkeypatch.setattr(session_module, "_SAID", wait)
+        bench, session = await opened(tracking)
+        bench.gate.clear()
+        bench.edit(slower)
+        await asyncio.sleep(0.05)
+        said = bench.traits["busy"]
+        bench.gate.set()
+        await settle(session)
+        assert bench.traits["busy"] is None
+        return said
+
+    assert asyncio.run(scene(60.0)) is None
+    said = asyncio.run(scene(0.0))
+    assert said["what"] == "course"  # another name may have another place
+    assert said["took"] > 0
 
 
 def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slower: Sugeno) -> None:

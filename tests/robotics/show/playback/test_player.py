@@ -717,7 +717,7 @@ def test_a_model_with_another_run_is_shown_anew(browser: Browser, run: Run, worl
         "8",
     ]
     page.js("slide(5)")
-    told = "[$('.fp-scene canvas').toDataURL(), $('tbody').innerText, $('.summary').textContent]"
+    told = "[$('.fp-scene canvas').toDataURL(), $('.fp-side .fp-canvas canvas').toDataURL(), $('tbody').innerText]"
     page.js(f"window.same = {told}; stop(); window.stop = render({{ model, el: $('#box') }}); slide(5)")
     assert page.js("$('.fp-root') !== root")
     assert page.js(f"{told}.map((each, k) => each === same[k])") == [True, True, True]
