@@ -28,6 +28,13 @@ def test_the_files_are_of_the_packaged_arena():
     assert len(RUNS) == len(PLAN.laws) * PLAN.count("test") + 2 * PLAN.count("test")
 
 
+def test_all_laws_are_tuned_alike_and_one_keeps_its_numbers():
+    assert not PLAN.untuned
+    assert not PLAN.exceptions
+    assert [law for law, chosen in LAWS.items() if law == chosen] == ["ppo-team"]
+    assert "Twelve laws drive it with the numbers of their search, `ppo-team` with its own." in " ".join(PAGE.split())
+
+
 def test_the_ranking_is_that_of_the_runs():
     own = {law: rows.assign(candidate=0) for law, rows in RUNS[RUNS["emergency_rule"] == "as it is"].groupby("law")}
     entries = tuple(TaskEntry(law, (), (), (0,), 0, None, own[law], own[law], None) for law in PLAN.laws)
@@ -56,7 +63,15 @@ def test_the_page_says_who_is_first_of_each_class_with_its_numbers():
         )
 
 
-@pytest.mark.parametrize(("law", "place"), [("fuzzy-team", 40), ("orca", 100), ("right-of-way", 300)])
+@pytest.mark.parametrize(
+    ("law", "place"),
+    [
+        ("fuzzy-team", 40),
+        ("orca", 100),
+        ("right-of-way", 300),
+        pytest.param("mppi-ranges", 230, marks=pytest.mark.long),
+    ],
+)
 def test_a_run_is_driven_again_with_the_same_result(law, place):
     row = run_row(PLAN.scenario("test", place), as_law(LAWS[law]))
     (kept,) = RUNS[
