@@ -440,8 +440,7 @@ def _defuzzified(
 ) -> tuple[float, bool]:
     """Layers 4 and 5 of output ``o``: its value, and whether a rule fires for it.
 
-    ``count`` rules fire, with strengths of ``sum_`` together, as :func:`_firing` found; those of a weighted average are
-    shares of it by now. Of logarithms all are there.
+    ``count`` rules fire, with strengths of ``sum_`` together, as :func:`_firing` found; of logarithms all are there.
     """
     header = PackedColumns(system)
     row, inputs = o * rules, whole(header.inputs)
@@ -453,9 +452,8 @@ def _defuzzified(
         r = n if logs else whole(work[firing + rules + n])
         if system[takes_part + r] == 0.0:
             continue
-        share = work[firing + n]
-        weight = work[firing + rules + n] if logs else share / sum_ if weighted_sum else share
-        share = share if weighted_sum else weight
+        weight = work[firing + rules + n] if logs else work[firing + n] / sum_
+        share = work[firing + n] if weighted_sum else weight
         total += weight
         proposal = system[constant + r]
         if system[sloped + r] != 0.0 and (share != 0.0 or not clips):  # an input beyond its universe may be infinite
@@ -510,8 +508,6 @@ def evaluate_packed(system: np.ndarray, x: np.ndarray, output: np.ndarray, work:
     else:
         count, sum_ = _firing(system, work, inputs, firing, rules, every, alive)
         sum_ = 1.0 if sum_ == 0.0 else sum_
-        for n in range(count if header.weighted_sum == 0.0 else np.uint64(0)):
-            work[firing + n] /= sum_
     default = whole(header.default)
     for o in range(whole(header.outputs)):
         value, fires = _defuzzified(system, work, firing, o, rules, count, sum_)

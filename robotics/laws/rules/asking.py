@@ -4,13 +4,14 @@ A rule base is data: where it begins among the packed ones, and which of the qua
 :mod:`robotics.laws.rules.perception` found out its inputs are. One of pairs is asked once for each other robot.
 """
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from fuzzy.compiled.columns import Columns, column, several
 from fuzzy.compiled.jit import compiled_only
-from fuzzy.compiled.packed import PackedColumns, evaluate_packed, whole
+from fuzzy.compiled.packed import PackedColumns, evaluate_packed
 from robotics.laws.law import ControllerError
 from robotics.laws.rules.evaluation import ADDED, MOST_INPUTS, RuleBase
 from robotics.laws.rules.of_reference import LATER, later
@@ -135,16 +136,17 @@ def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, in
     count, system, told = int(ask.count), rules[int(ask.begin) :], int(ask.told)
     for o in range(int(ask.outputs)):
         out[o] = ask.neutral[o]
-    head, high, pairs = TeamColumns(table), whole(PackedColumns(system).high), ask.pairs == 1
+    head, high, pairs = TeamColumns(table), int(PackedColumns(system).high), ask.pairs == 1
     nobody, urgent = True, np.inf
     for j in range((known.heard.shape[2] if pairs else 1) if count > 0 else 0):
         other = other_of(readings, head, known.heard.shape[2], j)
         if pairs and other.counts == 0:
             continue
         for n in range(count):
-            value = told_of(other, whole(ask.places[n]), ask.numbers[n], memory, known, i, head, now, readings)
-            # what is not known is the end of its universe
-            work.asked[n] = value if value < np.inf else system[high + n]
+            value = told_of(other, int(ask.places[n]), ask.numbers[n], memory, known, i, head, now, readings)
+            if math.isnan(value) or value == np.inf:  # what is not known is the end of its universe
+                value = system[high + n]
+            work.asked[n] = value
         urgency = 0.0
         if ask.rules == 1:
             evaluate_packed(system, work.asked, work.said, rest)
@@ -170,7 +172,7 @@ def told_of(other, place, number, memory, known, i, head, now, readings):  # typ
     if place < FIRST_PAIR:
         return now.known[place]
     if place < FIRST_LATER:
-        return other.told[place - np.uint64(FIRST_PAIR)]
+        return other.told[place - FIRST_PAIR]
     return _numbered(place, number, memory, known, i, head, readings)
 
 

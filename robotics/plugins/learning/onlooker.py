@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from fuzzy.compiled.columns import Columns, column, several, within
-from fuzzy.compiled.packed import whole
 from fuzzy.membership import Gaussian
 from fuzzy.system import Sugeno, Variable
 from robotics.laws.equation import AimColumns, Memory, equation
@@ -61,7 +60,7 @@ def look_on(robot, aim, gain, memory, command, work, known, i, table):  # type: 
     for j in range(int(gain.each)):
         other = other_of(readings, head, robots, j)
         for n in range(count):
-            value = told_of(other, whole(ask.places[n]), ask.numbers[n], memory, known, i, head, now, readings)
+            value = told_of(other, int(ask.places[n]), ask.numbers[n], memory, known, i, head, now, readings)
             inputs[j * count + n] = np.nan if ask.pairs == 1 and other.counts == 0 else value
     if gain.radio == 1:
         tell(TeamMessage(command.inputs), robot, memory, now, known.dt, 1.0, 0.0)
