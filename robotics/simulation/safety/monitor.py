@@ -186,6 +186,9 @@ def _looks(guard, lane, k, beams):  # type: ignore[no-untyped-def]
 def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w):  # type: ignore[no-untyped-def]
     """The safe order that is nearest to what is wanted; make the promise of this period."""
     team = guard.air.values > 0
+    if wish_v < -given.back:  # the same arc more slowly
+        wish_w *= -given.back / wish_v
+        wish_v = -given.back
     bound_v, bound_w, slowest, room = wish_v, wish_w, -math.inf, math.inf
     if team:
         fastest, slowest, turn = kept_promise(guard.promises, lane)
@@ -200,7 +203,7 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         if guard.sees == 1:
             find_barred(guard.ground[lane], guard.window[lane], given, guard.barred, k + 1, period)
         while n < FALLBACKS:
-            v, w = tried(n, bound_v, bound_w, given, slowest)
+            v, w = tried(n, bound_v, bound_w, given, max(slowest, -given.back))
             if _clear(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest):
                 break
             n += 1
