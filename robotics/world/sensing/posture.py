@@ -193,7 +193,7 @@ class PostureNoise:
 
     def _normal(self, generators: Sequence[np.random.Generator], goes_on: np.ndarray) -> np.ndarray:
         draws = np.empty((len(generators), self.periods if generators else 0, 3, len(self.sensing)))
-        for run in np.flatnonzero(goes_on[: len(generators)]):
+        for run in np.flatnonzero(goes_on[: len(generators)]).tolist():
             generators[run].standard_normal(out=draws[run])
         return draws
 
