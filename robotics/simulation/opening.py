@@ -67,7 +67,7 @@ class RandomNumbers:
         """The lanes with the random numbers of period ``k``."""
         if self.sensors is not None:
             self.sensors.supply(self.looks, k)
-        senses, air = self.noise.supplied(lanes.senses, k), self.channel.supplied(lanes.air, k)
+        senses, air = self.noise.supplied(lanes.senses, k, lanes.goes_on), self.channel.supplied(lanes.air, k)
         guard = lanes.guard
         if self.monitors is not None:
             said = self.monitors.supplied(guard.air, k)

@@ -35,17 +35,17 @@ def sense(k, period, parameters, truth, senses, seen, road, path, references, go
     """
     posture, velocity = seen[:VELOCITY], seen[VELOCITY : VELOCITY + 2]
     robots, drawn = seen.shape[1] // len(goes_on), k - senses.drawn
-    for i in range(seen.shape[1]):
-        if not goes_on[i // robots]:
-            continue
-        encoders_of(i, parameters, truth, senses.counts, period, velocity)
-        measure_of(i, i // robots, i % robots, senses, parameters, truth, posture, velocity, k, drawn, period)
-        lane = SeenColumns(seen, i)
-        if references.shape[1] > 0:
-            lane.aim = AimColumns(references, k, i % references.shape[2])
-        else:
-            aim = lane.aim
-            aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = moving(road, path[i], k * period)
+    for run in range(len(goes_on)):
+        for robot in range(robots if goes_on[run] else 0):
+            i = run * robots + robot
+            encoders_of(i, parameters, truth, senses.counts, period, velocity)
+            measure_of(i, run, robot, senses, parameters, truth, posture, velocity, k, drawn, period)
+            lane = SeenColumns(seen, i)
+            if references.shape[1] > 0:
+                lane.aim = AimColumns(references, k, robot)
+            else:
+                aim = lane.aim
+                aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = moving(road, path[i], k * period)
 
 
 @without_refcounts

@@ -32,7 +32,8 @@ class Meetings(NamedTuple):
 
     first: np.ndarray  # (runs, robots, robots) bool: the row's robot goes first, as far as the paths' ends demand it
     last: np.ndarray  # (runs, robots, robots, cells) m: the last abscissa of the other's path in conflict, or NOWHERE
-    peaks: np.ndarray  # (runs, robots, robots, blocks) m: the greatest of each 2^_BITS cells of ``last``
+    # (runs, robots, robots, blocks, 2) m: the greatest of each 2^_BITS cells of ``last``, and of all from these on
+    peaks: np.ndarray
     points: np.ndarray  # (runs, robots, cells, 2) m: the cells of the paths
 
     @classmethod
@@ -46,16 +47,16 @@ class Meetings(NamedTuple):
         runs, blocks = len(lengths), -(-cells >> _BITS)
         apart, first = radii[:, None] + radii + margin, np.zeros((runs, robots, robots), dtype=bool)
         last = np.full((runs, robots, robots, cells), NOWHERE, dtype=np.float32)
-        found = cls(
-            first, last, np.empty((runs, robots, robots, blocks), np.float32), np.empty((runs, robots, cells, 2))
-        )
+        peaks = np.empty((runs, robots, robots, blocks, 2), np.float32)
+        found = cls(first, last, peaks, np.empty((runs, robots, cells, 2)))
 
         def find(begin: int) -> None:
             end = min(begin + _TOGETHER, runs)
             some = cls(*(part[begin:end] for part in found))
             _fill(paths.table, paths.first, paths.cells, lengths[begin:end], begin * robots, some.points)
             _conflicts(some.points, lengths[begin:end], apart, some.last)
-            np.maximum.reduceat(some.last, range(0, cells, 1 << _BITS), axis=-1, out=some.peaks)
+            some.peaks[..., 0] = np.maximum.reduceat(some.last, range(0, cells, 1 << _BITS), axis=-1)
+            some.peaks[..., 1] = np.maximum.accumulate(some.peaks[..., ::-1, 0], axis=-1)[..., ::-1]
             _first(some.last, some.points, lengths[begin:end], apart, some.first)
 
         share_out(find, range(0, runs, _TOGETHER))
@@ -159,12 +160,15 @@ def next_meeting(last, peaks, place, others, room, i, j):  # type: ignore[no-unt
 def _first_taken(last, peaks, robots, i, j, until, begin, end):  # type: ignore[no-untyped-def]
     """The first cell of robot i, from ``begin`` to before ``end``, in conflict with j at ``until`` [m] or later; or -1.
 
-    A block of cells none of which is, is passed over.
+    A block of cells none of which is, is passed over, and the search ends where none farther on is.
     """
     pair = i * robots + j
-    cells, blocks, c = len(last) // (robots * robots), len(peaks) // (robots * robots), begin
+    cells, blocks, c = len(last) // (robots * robots), len(peaks) // (2 * robots * robots), begin
     while c < end:
-        if peaks[pair * blocks + (c >> _BITS)] < until:
+        peak = 2 * (pair * blocks + (c >> _BITS))
+        if peaks[peak + 1] < until:
+            return -1
+        if peaks[peak] < until:
             c = ((c >> _BITS) + 1) << _BITS
         elif last[pair * cells + c] >= until:
             return c

@@ -76,7 +76,7 @@ class TeamColumns(Columns):
     begin = column("", "(robots,) m: the abscissae at which the references begin")
     first = column("", "(robots, robots): 1: the row's robot goes first, as far as the paths' ends demand it")
     last = column("", "(robots, robots, cells): as robotics.laws.rules.meetings.Meetings")
-    peaks = column("", "(robots, robots, blocks): likewise")
+    peaks = column("", "(robots, robots, blocks, 2): likewise")
     points = column("", "(robots, cells, 2): likewise")
     reached = column("", "(robots, cells) s: when a plan has each robot at the cells")
     sights = column("", "(robots, sensors, SightColumns)")

@@ -148,24 +148,16 @@ def _nearest_node(table, first, cells, h, x, y, around, low, high):  # type: ign
     """The number of the node between ``low`` and ``high`` nearest to (x, y); one beside them where there is none."""
     start = min(int(np.ceil(low / h - 1e-9)), cells)
     stop = max(min(int(high / h + 1e-9), cells), start)
-    stride = max(int(np.sqrt((stop - start) / 2)), 1)
+    beside = int(np.sqrt((stop - start) / 12))
     best = min(max(int(around / h + 0.5), start), stop)
     least = _square(table, first + best, x, y)
-    for k in range(start, stop + 1, stride):
-        square = _square(table, first + k, x, y)
-        if square < least:
-            least, best = square, k
-    # A metre along the path leads nearer by a metre at most: few of the stretches left out can hold a better node.
-    past = np.sqrt(_square(table, first + start, x, y))
-    for k in range(start, stop, stride):
-        end = min(k + stride, stop)
-        here = np.sqrt(_square(table, first + end, x, y))
-        if past + here < 2 * np.sqrt(least) + (end - k) * h:
-            for inner in range(k + 1, end + 1):
+    # A metre along the path leads nearer by a metre at most: few of the nodes left out can be nearer.
+    for k in range(start + beside, stop + beside + 1, 2 * beside + 1):
+        if _square(table, first + min(k, stop), x, y) < (np.sqrt(least) + (beside + 1e-6) * h) ** 2:
+            for inner in range(k - beside, min(k + beside, stop) + 1):
                 square = _square(table, first + inner, x, y)
                 if square < least:
                     least, best = square, inner
-        past = here
     return best
 
 

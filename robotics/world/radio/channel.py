@@ -190,13 +190,13 @@ def receive(air, k, tick, cut):  # type: ignore[no-untyped-def]
         sent = air.sent[flight]
         if sent < 0:
             continue
-        for i in range(born.shape[0]):
-            first = i - i % robots
-            for j in range(robots):
-                if air.arrives[flight, i, j] == k and sent > born[i, j] and not cut[i, j]:
-                    born[i, j] = sent
-                    for f in range(air.values):
-                        heard.values[f, i, j] = air.said[flight, f, first + j]
+        for first in range(0, born.shape[0], robots):
+            for i in range(first, first + robots):
+                for j in range(robots):
+                    if air.arrives[flight, i, j] == k and sent > born[i, j] and not cut[i, j]:
+                        born[i, j] = sent
+                        for f in range(air.values):
+                            heard.values[f, i, j] = air.said[flight, f, first + j]
     for i in range(born.shape[0]):
         for j in range(robots):
             heard.age[i, j] = (k - born[i, j]) * tick if born[i, j] >= 0 else np.inf
@@ -213,16 +213,18 @@ def broadcast(air, k, tick, cut, values, x, y):  # type: ignore[no-untyped-def]
     message, robots = k // air.every, len(air.graph)
     flight = message % len(air.sent)
     air.sent[flight] = k
-    for i in range(len(x)):
-        run, receiver = i // robots, i % robots
-        for f in range(air.values):
+    for f in range(air.values):
+        for i in range(len(x)):
             air.said[flight, f, i] = values[f, i]
-        for j in range(robots):
-            dx, dy = x[i] - x[run * robots + j], y[i] - y[run * robots + j]
-            passes = air.graph[receiver, j] and dx * dx + dy * dy <= air.range * air.range and not cut[i, j]
-            late = _lateness(air, message - air.drawn, run, receiver, j, i)
-            periods = max(1.0, math.ceil(late / tick - 1e-9)) if passes and late < np.inf else 0.0
-            air.arrives[flight, i, j] = np.int32(k + periods) if periods > 0 else np.int32(-1)
+    for run in range(len(x) // robots):
+        for receiver in range(robots):
+            i = run * robots + receiver
+            for j in range(robots):
+                dx, dy = x[i] - x[run * robots + j], y[i] - y[run * robots + j]
+                passes = air.graph[receiver, j] and dx * dx + dy * dy <= air.range * air.range and not cut[i, j]
+                late = _lateness(air, message - air.drawn, run, receiver, j, i)
+                periods = max(1.0, math.ceil(late / tick - 1e-9)) if passes and late < np.inf else 0.0
+                air.arrives[flight, i, j] = np.int32(k + periods) if periods > 0 else np.int32(-1)
 
 
 @compiled_only

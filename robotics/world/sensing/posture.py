@@ -181,17 +181,20 @@ class PostureNoise:
             0,
         )
 
-    def supplied(self, senses: Senses, k: int) -> Senses:
-        """The same with the random numbers of period ``k`` and of some after it; every period needs its own."""
+    def supplied(self, senses: Senses, k: int, goes_on: np.ndarray) -> Senses:
+        """The same with the random numbers of period ``k`` and of some after it; every period needs its own.
+
+        Those of a run that does not go on (runs,) are not drawn.
+        """
         if k < senses.drawn + max(senses.draws.shape[1], senses.relative_draws.shape[1]):
             return senses
-        draws, relative_draws = (self._normal(own) for own in (self.generators, self.relative))
+        draws, relative_draws = (self._normal(own, goes_on) for own in (self.generators, self.relative))
         return senses._replace(draws=draws, relative_draws=relative_draws, drawn=k)
 
-    def _normal(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+    def _normal(self, generators: Sequence[np.random.Generator], goes_on: np.ndarray) -> np.ndarray:
         draws = np.empty((len(generators), self.periods if generators else 0, 3, len(self.sensing)))
-        for generator, rows in zip(generators, draws, strict=True):
-            generator.standard_normal(out=rows)
+        for run in np.flatnonzero(goes_on[: len(generators)]).tolist():
+            generators[run].standard_normal(out=draws[run])
         return draws
 
 

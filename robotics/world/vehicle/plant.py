@@ -656,9 +656,10 @@ def _slide(z, width, step):  # type: ignore[no-untyped-def]
 def _arc(cos, sin, forward, sideways, turn):  # type: ignore[no-untyped-def]
     """The way of a pose along the arc of a constant twist, and its heading's cosine and sine then: thesis (2.27)."""
     q = turn * turn
-    # sin(θ)/θ, (1 − cos θ)/θ and cos θ by their series, exact in float64 for the |θ| < 0.1 rad of one step
-    s = 1 - q / 6 * (1 - q / 20 * (1 - q / 42 * (1 - q / 72)))
-    c = turn / 2 * (1 - q / 12 * (1 - q / 30 * (1 - q / 56 * (1 - q / 90))))
+    # sin(θ)/θ, (1 − cos θ)/θ and cos θ by their series, exact in float64 for the |θ| < 0.1 rad of one step. Divisions
+    # are what the plant waits for, and in the small terms a product does as well.
+    s = 1 - q / 6 * (1 - q * (1 / 20) * (1 - q * (1 / 42) * (1 - q * (1 / 72))))
+    c = turn / 2 * (1 - q / 12 * (1 - q * (1 / 30) * (1 - q * (1 / 56) * (1 - q * (1 / 90)))))
     cos_turn = 1 - turn * c
     sin_turn = turn * s
     along = forward * s - sideways * c

@@ -52,7 +52,7 @@ def test_meetings_of_many_runs_are_those_of_each_alone() -> None:
         np.testing.assert_array_equal(together.last[r, ..., :cells], alone.last[0])
         np.testing.assert_array_equal(together.points[r, :, :cells], alone.points[0])
         full = cells // 8
-        np.testing.assert_array_equal(together.peaks[r, ..., :full], alone.peaks[0, ..., :full])
+        np.testing.assert_array_equal(together.peaks[r, :, :, :full], alone.peaks[0, :, :, :full])
 
 
 def test_before_a_crossing_both_know_their_ways_to_it_and_through_it() -> None:
