@@ -28,15 +28,16 @@ from robotics.simulation.safety.ground import (
 )
 from robotics.simulation.safety.others import (
     CREEP,
-    OPEN,
     SLACK,
     SPEED_SPARE,
     TURNS,
     PostureMessage,
     PromiseColumns,
+    highest,
     is_a_robot,
     kept_promise,
     room_to_robots,
+    spare_share,
 )
 from robotics.world.radio.channel import Air, broadcast, receive
 from robotics.world.sensing.raycasting import SensorColumns
@@ -60,6 +61,7 @@ class MonitorLanes(NamedTuple):
     sees: int  # 1: there are obstacles to see
     latency: float  # s, of commands
     delay: float  # s: messages that are older say nothing
+    grows: float  # s: in which the bound of a promise grows from nothing to the highest speed
     given: Floats2  # (GuardColumns, lanes)
     ground: Ints3  # (lanes, cells, cells)
     window: Ints2  # (lanes, 2): the first cell of each window in x and in y
@@ -75,7 +77,7 @@ class MonitorLanes(NamedTuple):
     held: (
         Floats2  # (2, lanes): the commanded velocity within the bounds of how fast it may change, as the wheels have it
     )
-    promises: Floats3  # (PromiseColumns, periods, lanes)
+    promises: Floats2  # (PromiseColumns, lanes): of the last period
     said: Floats2  # (PostureMessage, lanes)
     air: Air
     acted: Ints1  # (lanes,): periods in which it took something off an order
@@ -188,7 +190,8 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
     team = guard.air.values > 0
     bound_v, bound_w, slowest, room = wish_v, wish_w, -math.inf, math.inf
     if team:
-        fastest, slowest, turn = kept_promise(guard.promises, lane)
+        mine = PromiseColumns(guard.promises, lane)
+        fastest, slowest, turn = kept_promise(given, mine, guard.grows, guard.latency + period)
         slowest /= given.overshoot
         bound_v = min(max(wish_v, slowest), fastest / given.overshoot)
         bound_w = min(max(wish_w, -turn / given.overshoot), turn / given.overshoot)
@@ -209,16 +212,26 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
     if team:
         # Of two that block each other, the one with the lower number goes on wanting.
         plan_v, plan_w = (v, w) if n > 0 and lane % robots > 0 else (wish_v, wish_w)
-        promises = guard.promises
-        mine = PromiseColumns(promises, k % promises.shape[1], lane)
-        ahead, back = max(plan_v, robot.v, v, 0.0), min(plan_v, robot.v, v, 0.0)
+        mine = PromiseColumns(guard.promises, lane)
+        held_v, held_w = guard.held[0, lane], guard.held[1, lane]
+        ahead, back = max(plan_v, robot.v, v, held_v, 0.0), min(plan_v, robot.v, v, held_v, 0.0)
+        swift = max(abs(plan_w), abs(robot.w), abs(w), abs(held_w))
+        for n in range(guard.sent.shape[0]):  # and what is on its way to the wheels
+            ahead, back = max(ahead, guard.sent[n, 0, lane]), min(back, guard.sent[n, 0, lane])
+            swift = max(swift, abs(guard.sent[n, 1, lane]))
+        top, swiftest = highest(given)
         drives = k == 0 or abs(plan_v) > _WANTS
-        # Who is far from all others hinders nobody by what it does not use of its promise.
-        top = given.limit.v_max
-        open_ = min(max(OPEN * room / (promises.shape[1] * period * top), 0.0), 1.0)
-        mine.fastest = SLACK * ahead + max(open_ * top, SPEED_SPARE * top if drives and plan_v >= 0 else CREEP)
-        mine.slowest = SLACK * back - max(open_ * top, CREEP)
-        mine.turn = SLACK * max(abs(plan_w), abs(robot.w), abs(w)) + max(open_ * given.limit.w_max, TURNS)
+        ahead = min(SLACK * ahead + (SPEED_SPARE * top if drives and plan_v >= 0 else CREEP), top)
+        back = max(SLACK * back - CREEP, -top)
+        swift = min(SLACK * swift + TURNS, swiftest)
+        # Who is in nobody's way hinders nobody by what it does not use of its promise.
+        ahead += spare_share(guard, lane, robots, robot, ahead, back, swift, top - ahead, 0.0, 0.0) * (top - ahead)
+        swift += spare_share(guard, lane, robots, robot, ahead, back, swift, 0.0, 0.0, swiftest - swift) * (
+            swiftest - swift
+        )
+        back -= spare_share(guard, lane, robots, robot, ahead, back, swift, 0.0, top + back, 0.0) * (top + back)
+        fastest, slowest, turn = kept_promise(given, mine, guard.grows, period)
+        mine.fastest, mine.slowest, mine.turn = min(ahead, fastest), max(back, slowest), min(swift, turn)
         said = PostureMessage(guard.said, lane)
         said.x, said.y, said.heading = robot.x, robot.y, robot.heading
         said.fastest, said.slowest, said.turn = mine.fastest, mine.slowest, mine.turn

@@ -12,7 +12,7 @@ from robotics.laws.setting import Setting
 from robotics.simulation.safety import assumptions as assumed
 from robotics.simulation.safety.ground import GuardColumns
 from robotics.simulation.safety.monitor import MonitorLanes
-from robotics.simulation.safety.others import PostureMessage, PromiseColumns
+from robotics.simulation.safety.others import GROWS, PostureMessage, PromiseColumns
 from robotics.world.environment.collision import footprints
 from robotics.world.environment.world import Geometry, Moving
 from robotics.world.radio.channel import Channel
@@ -102,9 +102,9 @@ def no_guard(lanes: int, air: Any) -> MonitorLanes:
     none = np.zeros(0, dtype=np.int64)
     empty = np.zeros((0, lanes))
     return MonitorLanes(
-        0, 0, 0.0, 0.0, empty, np.zeros((0, 0, 0), dtype=np.int64), np.zeros((0, 2), dtype=np.int64),
+        0, 0, 0.0, 0.0, 0.0, empty, np.zeros((0, 0, 0), dtype=np.int64), np.zeros((0, 2), dtype=np.int64),
         np.zeros((0, 0), dtype=np.int64), np.empty((0, 0)), none, none, none, none, np.zeros((2, 0)),
-        np.zeros(1, dtype=np.int64), np.zeros((0, 2, lanes)), empty, np.zeros((0, 0, lanes)), empty, air, none,
+        np.zeros(1, dtype=np.int64), np.zeros((0, 2, lanes)), empty, empty, empty, air, none,
     )  # fmt: skip
 
 
@@ -135,8 +135,7 @@ def opened_guard(
     rays, first_ray = rays_of(sensors, assumed.WINDOW_CELLS / 2 * cell, cell)
     stops = max(assumed.stopping_time(robot, setting.plant == "kinematic") for robot in robots)
     delay = assumed.radio_delay(setting.radio, period)
-    keeps = math.ceil((delay + setting.latency + period + stops) / period) + 1 if air.values else 1
-    promises = np.empty((PromiseColumns.size, keeps, lanes))
+    promises = np.empty((PromiseColumns.size, lanes))
     promises[0], promises[1], promises[2] = _AT_ONCE, -_AT_ONCE, _AT_ONCE
     side = assumed.WINDOW_CELLS if sees else 0
     return MonitorLanes(
@@ -144,6 +143,7 @@ def opened_guard(
         int(sees),
         float(setting.latency),
         float(delay),
+        GROWS * (delay + setting.latency + period + stops),
         np.ascontiguousarray(np.tile(given, runs)),
         np.zeros((lanes, side, side), dtype=np.int64),
         np.zeros((lanes, 2), dtype=np.int64),
