@@ -37,7 +37,7 @@ from robotics.plugins.stress.obstaclecourse import ObstacleOutcome, obstacle_ens
 from robotics.plugins.stress.outcome import StressOutcome
 from robotics.plugins.stress.tally import Tally, run_ensemble
 from robotics.simulation.loop import Simulation
-from robotics.simulation.safety.coverage import seen
+from robotics.simulation.safety.view import seen
 from robotics.simulation.scenario.robots import load_robot
 from robotics.world.environment.collision import footprints, obstacle_clearance
 from robotics.world.environment.world import Geometry
@@ -266,7 +266,7 @@ def broken_assumption(setting: Setting, driver: Law[Any], seeds: range, faults: 
         places = now.x[run] + 1j * now.y[run]
         own = (outline - places[:, None, None]) * np.exp(-1j * now.heading[run])[:, None, None]
         for i, sensors in enumerate(setting.sensors):
-            last[i, seen(sensors, own[i].real, own[i].imag)] = time
+            last[i, seen(list(sensors.values()), own[i].real, own[i].imag)] = time
         if tally.caused[run].any():
             i = int(np.argmax(tally.caused[run]))
             apart = np.hypot(circles[:, 0] - now.x[run, i], circles[:, 1] - now.y[run, i]) - circles[:, 2]

@@ -200,7 +200,7 @@ class _Writer:
             case "command":
                 return self._commanded(path)
             case "promises":
-                return CTerm(f"state->promises[{column.row}]", "real")
+                return CTerm(f"state->promises[{column.row}][{lane.at}]", "real")
             case "heard":
                 row = column.row - HeardColumns.size
                 return CTerm(f"input->age[{lane.at}]" if row < 0 else f"input->heard[{lane.at}][{row}]", "real")
@@ -415,8 +415,9 @@ class _Writer:
         if self.guard is not None and self.number_of_team:
             starts.append("    state->robot = robot;")
             far = self.number.infinity
-            for row, (name, bound) in enumerate(zip(PromiseColumns.columns, (far, f"-{far}", far), strict=True)):
-                starts.append(f"    state->promises[{row}] = {bound}; /* {name}: there is none yet */")
+            for row, (name, bound) in enumerate(zip(PromiseColumns.columns, (far, f"-{far}", far, 0), strict=True)):
+                each = f"for (int n = 0; n < {self.guard.promises.shape[1]}; n++)"
+                starts.append(f"    {each} state->promises[{row}][n] = {bound}; /* {name}: none holds yet */")
         starts = starts or ["    state->nothing = 0;"]
         parts = [
             f"/* The law {comment(self.name)}, in {real}: see {self.name}.h. Made of the law. */",

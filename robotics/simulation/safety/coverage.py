@@ -1,6 +1,5 @@
 """Where a robot's range sensors do not look, told before a run: what is there, passive safety cannot see."""
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,30 +10,18 @@ from fuzzy.words import listed
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.simulation.safety import assumptions as assumed
-from robotics.simulation.safety.opening import beam_halves, is_guarded
+from robotics.simulation.safety.opening import is_guarded
+from robotics.simulation.safety.view import back_speed, covered_speed, seen
 from robotics.world.sensing.sonar import RangeSensor
 from robotics.world.vehicle.robot import Robot
 
 _BEARINGS = np.radians(np.arange(-180.0, 180.0))
-_ACROSS = 41  # places across the way straight on
-_FARTHEST = 400  # steps of 1 cm ahead of the nose
-
-
-def seen(sensors: Mapping[str, RangeSensor], x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Whether any sensor looks at points (x, y) [m] in the robot's frame; a beam stands for half way to the next."""
-    found = np.zeros(np.broadcast_shapes(x.shape, y.shape), dtype=bool)
-    carried = list(sensors.values())
-    for sensor, half in zip(carried, beam_halves(carried), strict=True):
-        dx, dy = x - sensor.x, y - sensor.y
-        off = np.abs(np.remainder(np.arctan2(dy, dx) - sensor.axis + math.pi, 2 * math.pi) - math.pi)
-        found |= (off <= half + 1e-9) & (np.hypot(dx, dy) <= sensor.range)
-    return found
 
 
 def blind_directions(robot: Robot, sensors: Mapping[str, RangeSensor]) -> list[tuple[int, int]]:
     """The directions [degrees, to the left of ahead] in which no sensor sees a thing at the turning circle."""
     radius = robot.turning_circle + assumed.least_gap(robot)
-    blind = ~seen(sensors, radius * np.cos(_BEARINGS), radius * np.sin(_BEARINGS))
+    blind = ~seen(list(sensors.values()), radius * np.cos(_BEARINGS), radius * np.sin(_BEARINGS))
     if blind.all():
         return [(-180, 180)]
     start = int(np.argmin(blind))  # a direction that is seen
@@ -44,25 +31,6 @@ def blind_directions(robot: Robot, sensors: Mapping[str, RangeSensor]) -> list[t
         low = (first + start) % 360 - 180
         found.append((int(low), int(low + last - first - 1)))
     return found
-
-
-def covered_speed(robot: Robot, sensors: Mapping[str, RangeSensor], setting: Setting) -> float:
-    """The highest speed [m/s] straight on from which the robot stops on ground all of which is seen before it comes.
-
-    0 where no sensor looks at some of that ground at any distance.
-    """
-    need = assumed.least_gap(robot)
-    across = np.linspace(-1, 1, _ACROSS) * (robot.width / 2 + need)
-    ahead = robot.length / 2 + 0.01 * np.arange(1, _FARTHEST)
-    whole = seen(sensors, ahead[:, None], across[None, :]).all(axis=1)
-    if not whole.any():
-        return 0.0
-    room = min(float(ahead[whole].max()), assumed.WINDOW_CELLS / 2 * assumed.cell_size(robot)) - robot.length / 2 - need
-    model = assumed.stopping(robot, setting.plant == "kinematic")
-    old = max(sensor.period for sensor in sensors.values())
-    speeds = np.linspace(0.0, min(robot.v_max, robot.wheel_speed_limit), 200)
-    ways = [v * (setting.period + setting.latency + old) + model.distance(v) for v in speeds.tolist()]
-    return float(speeds[np.searchsorted(ways, room, side="right") - 1])
 
 
 def blind_spots(setting: Setting, law: Law[Any], *, on_board: bool = False) -> list[str]:
@@ -90,6 +58,8 @@ def _told(robot: Robot, sensors: Mapping[str, RangeSensor], setting: Setting) ->
         parts.append(f"the way ahead is seen up to {fast:.2f} m/s only")
     elif gaps:
         parts.append(f"the way ahead is seen at all speeds, up to {fast:.2f} m/s")
+    if (back := back_speed(robot, sensors, setting)) < most - 0.01:
+        parts.append(f"among what moves it goes back at {back:.2f} m/s at most")
     if robot.imperfections:
         has = listed([f"{name} {shown(value)}" for name, value in robot.imperfections.items()])
         parts.append(f"it is proven of wheels that roll, and follow every command, and this robot has {has}")

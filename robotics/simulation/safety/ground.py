@@ -40,6 +40,7 @@ class GuardColumns(Columns):
     cell = column("m")
     least = column("m", "between its body and the middle of a cell that is not free")
     others = column("m/s", "the greatest speed of what moves among the obstacles")
+    back = column("m/s", "how fast it may go back: among what moves, as fast as its sensors see the way")
     fresh = column("s", "the longest time from look to look of its sensors: what is older is out of view")
     place = column("m", "by how much its measured place is off at most")
     turned = column("rad", "likewise its heading")
@@ -279,7 +280,7 @@ def is_clear(  # type: ignore[no-untyped-def]
         or math.floor((y + high + new) / cell) >= low_y + size
     ):
         return False
-    moves = others * (late + given.fresh)
+    moves = others * (late + given.fresh + FADES_AFTER)
     first_x, first_y = low_x % size, low_y % size
     begin = max(math.floor((y - high - moves) / cell) - low_y, 0)
     end = min(math.floor((y + high + moves) / cell) - low_y + 1, size)

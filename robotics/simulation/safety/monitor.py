@@ -28,6 +28,7 @@ from robotics.simulation.safety.ground import (
 )
 from robotics.simulation.safety.others import (
     CREEP,
+    REACH,
     SLACK,
     SPEED_SPARE,
     TURNS,
@@ -61,7 +62,7 @@ class MonitorLanes(NamedTuple):
     sees: int  # 1: there are obstacles to see
     latency: float  # s, of commands
     delay: float  # s: messages that are older say nothing
-    grows: float  # s: in which the bound of a promise grows from nothing to the highest speed
+    holds: float  # s: the time of a promise
     given: Floats2  # (GuardColumns, lanes)
     ground: Ints3  # (lanes, cells, cells)
     window: Ints2  # (lanes, 2): the first cell of each window in x and in y
@@ -77,7 +78,7 @@ class MonitorLanes(NamedTuple):
     held: (
         Floats2  # (2, lanes): the commanded velocity within the bounds of how fast it may change, as the wheels have it
     )
-    promises: Floats2  # (PromiseColumns, lanes): of the last period
+    promises: Floats3  # (PromiseColumns, periods, lanes)
     said: Floats2  # (PostureMessage, lanes)
     air: Air
     acted: Ints1  # (lanes,): periods in which it took something off an order
@@ -188,12 +189,14 @@ def _looks(guard, lane, k, beams):  # type: ignore[no-untyped-def]
 def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w):  # type: ignore[no-untyped-def]
     """The safe order that is nearest to what is wanted; make the promise of this period."""
     team = guard.air.values > 0
-    bound_v, bound_w, slowest, room = wish_v, wish_w, -math.inf, math.inf
+    if wish_v < -given.back:  # the same arc more slowly
+        wish_w *= -given.back / wish_v
+        wish_v = -given.back
+    bound_v, bound_w, backwards, room = wish_v, wish_w, -given.back, math.inf
     if team:
-        mine = PromiseColumns(guard.promises, lane)
-        fastest, slowest, turn = kept_promise(given, mine, guard.grows, guard.latency + period)
-        slowest /= given.overshoot
-        bound_v = min(max(wish_v, slowest), fastest / given.overshoot)
+        fastest, slowest, turn = kept_promise(guard, lane, k, period, guard.latency)
+        backwards = max(backwards, slowest / given.overshoot)
+        bound_v = min(max(wish_v, backwards), fastest / given.overshoot)
         bound_w = min(max(wish_w, -turn / given.overshoot), turn / given.overshoot)
         room = room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, 0.0) - _ROBOTS_APART
     v, w, n = bound_v, bound_w, 0
@@ -203,7 +206,7 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         if guard.sees == 1:
             find_barred(guard.ground[lane], guard.window[lane], given, guard.barred, k + 1, period)
         while n < FALLBACKS:
-            v, w = tried(n, bound_v, bound_w, given, slowest)
+            v, w = tried(n, bound_v, bound_w, given, backwards)
             if _clear(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest):
                 break
             n += 1
@@ -211,8 +214,8 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
             v, w = 0.0, 0.0
     if team:
         # Of two that block each other, the one with the lower number goes on wanting.
-        plan_v, plan_w = (v, w) if n > 0 and lane % robots > 0 else (wish_v, wish_w)
-        mine = PromiseColumns(guard.promises, lane)
+        gives_way = n > 0 and lane % robots > 0
+        plan_v, plan_w = (v, w) if gives_way else (wish_v, wish_w)
         held_v, held_w = guard.held[0, lane], guard.held[1, lane]
         ahead, back = max(plan_v, robot.v, v, held_v, 0.0), min(plan_v, robot.v, v, held_v, 0.0)
         swift = max(abs(plan_w), abs(robot.w), abs(w), abs(held_w))
@@ -224,23 +227,29 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         ahead = min(SLACK * ahead + (SPEED_SPARE * top if drives and plan_v >= 0 else CREEP), top)
         back = max(SLACK * back - CREEP, -top)
         swift = min(SLACK * swift + TURNS, swiftest)
-        # Who is in nobody's way hinders nobody by what it does not use of its promise.
-        ahead += spare_share(guard, lane, robots, robot, ahead, back, swift, top - ahead, 0.0, 0.0) * (top - ahead)
-        swift += spare_share(guard, lane, robots, robot, ahead, back, swift, 0.0, 0.0, swiftest - swift) * (
-            swiftest - swift
-        )
-        back -= spare_share(guard, lane, robots, robot, ahead, back, swift, 0.0, top + back, 0.0) * (top + back)
-        fastest, slowest, turn = kept_promise(given, mine, guard.grows, period)
-        mine.fastest, mine.slowest, mine.turn = min(ahead, fastest), max(back, slowest), min(swift, turn)
+        # Who is in nobody's way hinders nobody by what it does not use of its promise; who stands does not grow.
+        grows = 2 * REACH * given.radius / (guard.holds * guard.holds * top)
+        if gives_way and abs(plan_v) <= _WANTS and abs(robot.v) <= CREEP:
+            grows = 0.0
+        more = top - ahead
+        ahead += spare_share(guard, lane, robots, robot, ahead, back, swift, grows, more, 0.0, 0.0) * more
+        more = swiftest - swift
+        swift += spare_share(guard, lane, robots, robot, ahead, back, swift, grows, 0.0, 0.0, more) * more
+        more = top + back
+        back -= spare_share(guard, lane, robots, robot, ahead, back, swift, grows, 0.0, more, 0.0) * more
+        if grows > 0:  # to what the older ones grow: a jump would be heard long before it may be driven
+            ahead, back, swift = min(ahead, fastest), max(back, slowest), min(swift, turn)
+        mine = PromiseColumns(guard.promises, k % guard.promises.shape[1], lane)
+        mine.fastest, mine.slowest, mine.turn, mine.grows = ahead, back, swift, grows
         said = PostureMessage(guard.said, lane)
         said.x, said.y, said.heading = robot.x, robot.y, robot.heading
-        said.fastest, said.slowest, said.turn = mine.fastest, mine.slowest, mine.turn
+        said.fastest, said.slowest, said.turn, said.grows = ahead, back, swift, grows
     return v, w
 
 
 @compiled_only
-def tried(n, v, w, given, slowest):  # type: ignore[no-untyped-def]
-    """What is tried in the ``n``-th place instead of an order (v, w); ``slowest`` [m/s] is promised.
+def tried(n, v, w, given, backwards):  # type: ignore[no-untyped-def]
+    """What is tried in the ``n``-th place instead of an order (v, w); ``backwards`` [m/s] it may go at most.
 
     The same arc, turning on the spot, straight on; and back, to have room to turn.
     """
@@ -251,7 +260,7 @@ def tried(n, v, w, given, slowest):  # type: ignore[no-untyped-def]
         return 0.0, SPOT[n - arcs] * w
     if n < arcs + spots + len(SPOT):
         return SPOT[n - arcs - spots] * v, 0.0
-    return (max(-BACK * given.limit.v_max, slowest) if abs(w) * given.radius > abs(v) else 0.0), 0.0
+    return (max(-BACK * given.limit.v_max, backwards) if abs(w) * given.radius > abs(v) else 0.0), 0.0
 
 
 @compiled_only

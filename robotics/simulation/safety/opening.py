@@ -12,7 +12,8 @@ from robotics.laws.setting import Setting
 from robotics.simulation.safety import assumptions as assumed
 from robotics.simulation.safety.ground import GuardColumns
 from robotics.simulation.safety.monitor import MonitorLanes
-from robotics.simulation.safety.others import GROWS, PostureMessage, PromiseColumns
+from robotics.simulation.safety.others import PostureMessage, PromiseColumns
+from robotics.simulation.safety.view import back_speed, beam_halves
 from robotics.world.environment.collision import footprints
 from robotics.world.environment.world import Geometry, Moving
 from robotics.world.radio.channel import Channel
@@ -22,7 +23,6 @@ from robotics.world.vehicle.plant import velocity_limits
 from robotics.world.vehicle.robot import Robot
 
 _AT_ONCE = 1e300  # m/s²
-_WIDEST_BEAM = 0.06  # rad: half of the widest wedge that a beam stands for
 
 
 def is_guarded(setting: Setting, law: Law[Any]) -> bool:
@@ -62,6 +62,7 @@ def given_rows(robot: Robot, setting: Setting, number: int, fresh: float) -> lis
             "cell": assumed.cell_size(robot),
             "least": assumed.least_gap(robot),
             "others": assumed.fastest_other(setting),
+            "back": min(back_speed(robot, setting.sensors[number], setting), _AT_ONCE),
             "fresh": fresh,
             "place": place,
             "turned": turned,
@@ -71,20 +72,6 @@ def given_rows(robot: Robot, setting: Setting, number: int, fresh: float) -> lis
             "stop": [min(value, _AT_ONCE) for value in astuple(assumed.stopping(robot, kinematic))],
         }
     )
-
-
-def beam_halves(sensors: Sequence[RangeSensor]) -> list[float]:
-    """Half the cone [rad] that each sensor stands for: a beam for what is nearer to it than to its neighbours."""
-    places: dict[tuple[float, float], list[float]] = {}
-    for sensor in sensors:
-        places.setdefault((sensor.x, sensor.y), []).append(sensor.axis)
-    found = []
-    for sensor in sensors:
-        beside = np.abs(np.array(places[sensor.x, sensor.y]) - sensor.axis)
-        beside = np.abs(np.remainder(beside + math.pi, 2 * math.pi) - math.pi)
-        half = float(beside[beside > 1e-6].min(initial=0.0 if (beside <= 1e-6).all() else np.inf)) / 2
-        found.append(sensor.half_cone or (half if half <= _WIDEST_BEAM else 0.0))
-    return found
 
 
 def rays_of(sensors: Sequence[RangeSensor], reach: float, cell: float) -> tuple[np.ndarray, np.ndarray]:
@@ -104,7 +91,7 @@ def no_guard(lanes: int, air: Any) -> MonitorLanes:
     return MonitorLanes(
         0, 0, 0.0, 0.0, 0.0, empty, np.zeros((0, 0, 0), dtype=np.int64), np.zeros((0, 2), dtype=np.int64),
         np.zeros((0, 0), dtype=np.int64), np.empty((0, 0)), none, none, none, none, np.zeros((2, 0)),
-        np.zeros(1, dtype=np.int64), np.zeros((0, 2, lanes)), empty, empty, empty, air, none,
+        np.zeros(1, dtype=np.int64), np.zeros((0, 2, lanes)), empty, np.zeros((0, 0, lanes)), empty, air, none,
     )  # fmt: skip
 
 
@@ -135,7 +122,8 @@ def opened_guard(
     rays, first_ray = rays_of(sensors, assumed.WINDOW_CELLS / 2 * cell, cell)
     stops = max(assumed.stopping_time(robot, setting.plant == "kinematic") for robot in robots)
     delay = assumed.radio_delay(setting.radio, period)
-    promises = np.empty((PromiseColumns.size, lanes))
+    keeps = math.ceil((delay + setting.latency + period + stops) / period) + 1 if air.values else 1
+    promises = np.zeros((PromiseColumns.size, keeps, lanes))
     promises[0], promises[1], promises[2] = _AT_ONCE, -_AT_ONCE, _AT_ONCE
     side = assumed.WINDOW_CELLS if sees else 0
     return MonitorLanes(
@@ -143,7 +131,7 @@ def opened_guard(
         int(sees),
         float(setting.latency),
         float(delay),
-        GROWS * (delay + setting.latency + period + stops),
+        float(delay + setting.latency + period + stops),
         np.ascontiguousarray(np.tile(given, runs)),
         np.zeros((lanes, side, side), dtype=np.int64),
         np.zeros((lanes, 2), dtype=np.int64),

@@ -1,9 +1,9 @@
 """The other robots of a team, by radio: each promises how fast it will drive, and keeps to it.
 
-A message says where a robot is and between which speeds, and with what turn rate at most, it drives now; these bounds
-grow in time, at rates that all know, up to what the robot can. A newer message says no more than the older ones have
-grown to by then, so it keeps them all. So whoever has heard it within the stated delay knows a rectangle that it does
-not leave until he himself stands.
+A message says where a robot is, between which speeds, and with what turn rate at most, it drives now, and how fast
+these bounds grow, up to what the robot can. It keeps every message for the time of a promise: the stated delay, and the
+longest stop of any robot of the team. So whoever has heard it within the stated delay knows a rectangle that it does not
+leave until he himself stands.
 """
 
 import math
@@ -19,19 +19,20 @@ CREEP = 0.02  # m/s: what a robot that stands promises
 SLACK = 1.1  # what is promised over what is wanted: a little more needs no new promise
 SPEED_SPARE = 0.08  # of its highest speed: what one that wants to drive promises beside that
 TURNS = 1.0  # rad/s: likewise of the turn rate
-GROWS = 2.0  # of the stated delay and the longest stop: in which the bound of the speed grows to the highest
+REACH = 0.85  # of its turning circle: what one that stands may cover by the end of a promise, as its bound grows
 BACK_GROWS, TURN_GROWS = 0.1, 0.15  # so much more slowly grow the bounds backwards, and of the turn rate
 OPEN = 0.4  # of the room to each other robot: what a promise may take beside what is wanted,
-SOON = 0.25  # within this share of the time in which the bound grows
+SOON = 0.5  # within this share of the time of a promise
 LEAST_SPARE = 0.1  # of what a robot can: to promise less beside that is not tried
 
 
 class PromiseColumns(Columns):
-    """What a robot keeps to now; from then on the bounds grow as of :func:`kept_promise`."""
+    """What a robot keeps to for the time of a promise: bounds, and how they grow."""
 
     fastest = column("m/s", "forwards")
     slowest = column("m/s", "or how fast backwards, below 0")
     turn = column("rad/s", "the greatest turn rate, either way")
+    grows = column("1/s", "by what share of the highest speed; backwards and in turning by less")
 
 
 class PostureMessage(Columns):
@@ -43,6 +44,7 @@ class PostureMessage(Columns):
     fastest = column("m/s", "as of PromiseColumns")
     slowest = column("m/s")
     turn = column("rad/s")
+    grows = column("1/s")
 
 
 class HeardPosture(HeardColumns):
@@ -54,6 +56,7 @@ class HeardPosture(HeardColumns):
     fastest = column("m/s")
     slowest = column("m/s")
     turn = column("rad/s")
+    grows = column("1/s")
 
 
 @compiled_only
@@ -64,38 +67,42 @@ def highest(given):  # type: ignore[no-untyped-def]
 
 
 @compiled_only
-def kept_promise(given, promise, grows, time):  # type: ignore[no-untyped-def]
-    """The bounds of a promise (PromiseColumns) of a robot after ``time`` [s]; ``grows`` [s] is as of MonitorLanes."""
-    top, swiftest = highest(given)
-    more = time / grows
-    return (
-        promise.fastest + more * top,
-        promise.slowest - BACK_GROWS * more * top,
-        promise.turn + TURN_GROWS * more * swiftest,
-    )
+def kept_promise(guard, lane, k, period, late):  # type: ignore[no-untyped-def]
+    """The bounds of all promises of a robot that hold, ``late`` [s] after period ``k``: those of (PromiseColumns,
+    periods, lanes) before it.
+    """
+    top, swiftest = highest(GuardColumns(guard.given, lane))
+    fastest, slowest, turn, keeps = math.inf, -math.inf, math.inf, guard.promises.shape[1]
+    for before in range(1, keeps + 1):
+        said = PromiseColumns(guard.promises, (k + keeps - before) % keeps, lane)
+        more = said.grows * (before * period + late)
+        fastest = min(fastest, said.fastest + more * top)
+        slowest = max(slowest, said.slowest - BACK_GROWS * more * top)
+        turn = min(turn, said.turn + TURN_GROWS * more * swiftest)
+    return fastest, slowest, turn
 
 
 @compiled_only
-def grown(now, most, grows, time):  # type: ignore[no-untyped-def]
-    """How far at most in ``time`` [s] at a speed that grows from ``now`` to ``most``, from nothing in ``grows`` [s]."""
-    until = min(max(most - now, 0.0) * grows / most, time)
-    return now * time + most / grows * until * (time - until / 2)
+def grown(now, most, rise, time):  # type: ignore[no-untyped-def]
+    """How far at most in ``time`` [s] at a speed that grows from ``now`` to ``most``, by ``rise`` in each second."""
+    until = min(max(most - now, 0.0) / max(rise, 1e-9), time)
+    return now * time + rise * until * (time - until / 2)
 
 
 @compiled_only
-def covered(given, fastest, slowest, turn, time, grows):  # type: ignore[no-untyped-def]
+def covered(given, fastest, slowest, turn, grows, time):  # type: ignore[no-untyped-def]
     """The rectangle that a robot does not leave in ``time`` [s]: half its length and width, its middle ahead [m].
 
-    ``given`` is GuardColumns of the robot, ``grows`` [s] as of MonitorLanes, the rest a promise (PromiseColumns).
+    ``given`` is GuardColumns of the robot, the rest a promise (PromiseColumns).
     """
     top, swiftest = highest(given)
-    fastest, slowest = max(fastest, 0.0), max(-slowest, 0.0)
-    ahead, back = grown(fastest, top, grows, time), grown(slowest, top, grows / BACK_GROWS, time)
-    turned = grown(turn, swiftest, grows / TURN_GROWS, time)
+    rise, fastest, slowest = grows * top, max(fastest, 0.0), max(-slowest, 0.0)
+    ahead, back = grown(fastest, top, rise, time), grown(slowest, top, BACK_GROWS * rise, time)
+    turned = grown(turn, swiftest, TURN_GROWS * grows * swiftest, time)
     # The heading's sine, in the mean of the way, is at most that of its mean; more of the way is at the end.
-    most, rise = max(fastest, slowest), top / grows * time
-    mean = (most / 2 + rise / 3) / (most + rise / 2)
-    aside = grown(most, top, grows, time) * math.sin(min(mean * turned + given.turned, math.pi / 2))
+    most = max(fastest, slowest)
+    mean = (most / 2 + rise * time / 3) / max(most + rise * time / 2, 1e-9)
+    aside = grown(most, top, rise, time) * math.sin(min(mean * turned + given.turned, math.pi / 2))
     length, width = given.radius, given.radius
     angle = turned + given.turned
     if angle < math.pi / 2:
@@ -105,8 +112,8 @@ def covered(given, fastest, slowest, turn, time, grows):  # type: ignore[no-unty
             width = given.half_width * c + given.half_length * s
     else:  # once it has turned round, what it drives ahead leads back
         until = time * max(math.pi / 2 - given.turned, 0.0) / turned
-        late_ahead = ahead - grown(fastest, top, grows, until)
-        ahead += back - grown(slowest, top, grows / BACK_GROWS, until)
+        late_ahead = ahead - grown(fastest, top, rise, until)
+        ahead += back - grown(slowest, top, BACK_GROWS * rise, until)
         back += late_ahead
     return (ahead + back) / 2 + length, width + aside, (ahead - back) / 2
 
@@ -134,7 +141,7 @@ def gap_between(dx, dy, heading, mine, other, theirs, spare, turned):  # type: i
 
 
 @compiled_only
-def apart(given, other, heard, x, y, heading, late, grows):  # type: ignore[no-untyped-def]
+def apart(given, other, heard, x, y, heading, late):  # type: ignore[no-untyped-def]
     """The gap [m] between a body and all that another robot can cover by then; minus infinite: they may overlap.
 
     Args:
@@ -143,9 +150,8 @@ def apart(given, other, heard, x, y, heading, late, grows):  # type: ignore[no-u
         heard: HeardPosture: what the robot has heard of it.
         x, y, heading: The body, as the robot measures its own.
         late: In how many seconds it is there.
-        grows: As of MonitorLanes.
     """
-    half, wide, middle = covered(other, heard.fastest, heard.slowest, heard.turn, heard.age + late, grows)
+    half, wide, middle = covered(other, heard.fastest, heard.slowest, heard.turn, heard.grows, heard.age + late)
     dx, dy = heard.x + math.cos(heard.heading) * middle - x, heard.y + math.sin(heard.heading) * middle - y
     mine = (given.half_length, given.half_width, given.radius)
     theirs = (half, wide, math.sqrt(half * half + wide * wide))
@@ -167,7 +173,7 @@ def is_a_robot(guard, lane, robots, robot, sensor, reading):  # type: ignore[no-
         radius = other.radius
         top, _ = highest(other)
         dx, dy = heard.x - robot.x, heard.y - robot.y
-        unsure = grown(max(heard.fastest, -heard.slowest), top, guard.grows, heard.age) + given.place
+        unsure = grown(max(heard.fastest, -heard.slowest), top, heard.grows * top, heard.age) + given.place
         ahead, left = c * dx + s * dy, c * dy - s * dx
         if is_echo(reading, sensor.x, sensor.y, axis, half, ahead, left, radius, max(radius, ROBOT_ECHO), unsure):
             return True
@@ -182,22 +188,22 @@ def room_to_robots(guard, lane, robots, x, y, heading, late):  # type: ignore[no
         heard = HeardPosture(guard.air.heard, lane, j)
         if first + j != lane and heard.age <= guard.delay:
             other = GuardColumns(guard.given, first + j)
-            least = min(least, apart(given, other, heard, x, y, heading, late, guard.grows))
+            least = min(least, apart(given, other, heard, x, y, heading, late))
     return least
 
 
 @compiled_only
-def room_beside(guard, lane, robots, robot, fastest, slowest, turn):  # type: ignore[no-untyped-def]
+def room_beside(guard, lane, robots, robot, fastest, slowest, turn, grows):  # type: ignore[no-untyped-def]
     """The least gap [m] between what a robot may cover SOON by such a promise, and what the others may have by now."""
     given, first, least = GuardColumns(guard.given, lane), lane - lane % robots, math.inf
-    half, wide, middle = covered(given, fastest, slowest, turn, SOON * guard.grows, guard.grows)
+    half, wide, middle = covered(given, fastest, slowest, turn, grows, SOON * guard.holds)
     mine = (half, wide, math.sqrt(half * half + wide * wide))
     x, y = robot.x + math.cos(robot.heading) * middle, robot.y + math.sin(robot.heading) * middle
     for j in range(robots):
         heard = HeardPosture(guard.air.heard, lane, j)
         if first + j != lane and heard.age <= guard.delay:
             other = GuardColumns(guard.given, first + j)
-            far, across, at = covered(other, heard.fastest, heard.slowest, heard.turn, heard.age, guard.grows)
+            far, across, at = covered(other, heard.fastest, heard.slowest, heard.turn, heard.grows, heard.age)
             dx, dy = heard.x + math.cos(heard.heading) * at - x, heard.y + math.sin(heard.heading) * at - y
             theirs = (far, across, math.sqrt(far * far + across * across))
             least = min(least, gap_between(dx, dy, robot.heading, mine, heard.heading, theirs, 0.0, 0.0))
@@ -205,12 +211,12 @@ def room_beside(guard, lane, robots, robot, fastest, slowest, turn):  # type: ig
 
 
 @compiled_only
-def spare_share(guard, lane, robots, robot, fastest, slowest, turn, more, less, turns):  # type: ignore[no-untyped-def]
+def spare_share(guard, lane, robots, robot, fastest, slowest, turn, grows, more, less, turns):  # type: ignore[no-untyped-def]
     """What share of ``more``, ``less`` and ``turns`` a robot may promise beside the rest, and take OPEN of the room."""
-    least, share = (1 - OPEN) * room_beside(guard, lane, robots, robot, fastest, slowest, turn), 1.0
+    least, share = (1 - OPEN) * room_beside(guard, lane, robots, robot, fastest, slowest, turn, grows), 1.0
     while least > -math.inf and share > LEAST_SPARE:
         wide = room_beside(
-            guard, lane, robots, robot, fastest + share * more, slowest - share * less, turn + share * turns
+            guard, lane, robots, robot, fastest + share * more, slowest - share * less, turn + share * turns, grows
         )
         if wide >= least:
             return share

@@ -215,10 +215,14 @@ def test_a_changed_number_of_the_monitor_in_c_is_seen(tmp_path):
     assert verify_c_law(files, [scenario], seeds=[1]).holds is False
 
 
-@pytest.mark.parametrize(("name", "me", "robots"), [("reference", 0, 1), ("three-cross", 1, 3)])
-def test_the_monitor_in_c_is_that_of_the_loop_period_by_period(tmp_path, name, me, robots):
+@pytest.mark.parametrize(
+    ("name", "me", "robots", "others"),
+    [("reference", 0, 1, None), ("reference", 0, 1, 0.2), ("three-cross", 1, 3, None)],
+)
+def test_the_monitor_in_c_is_that_of_the_loop_period_by_period(tmp_path, name, me, robots, others):
     """Readings and messages at random, orders that the law wants, and periods in which the robot was let stand."""
     scenario, steps = replace(robotics.load_scenario(name), sensing=Sensing(posture="odometry")), {}
+    scenario = replace(scenario, others_speed=others)
     for name, safe in (("guarded", "yes"), ("plain", "no")):
         files = write_c_law(f"lyapunov:safe={safe}", scenario, tmp_path, name=name)
         codes = [file for file in files.files if file.suffix == ".c"]

@@ -17,7 +17,7 @@ from robotics.plugins.stress.obstaclecourse import ObstacleOutcome, obstacle_ens
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.loop import Simulation, record_run
 from robotics.simulation.safety.assumptions import OVERSHOOT, STOP_NEAR, radio_delay, stopping
-from robotics.simulation.safety.coverage import blind_directions, blind_spots, covered_speed
+from robotics.simulation.safety.coverage import blind_directions, blind_spots
 from robotics.simulation.safety.ground import (
     FREE_GROUND,
     GuardColumns,
@@ -30,6 +30,7 @@ from robotics.simulation.safety.ground import (
 )
 from robotics.simulation.safety.opening import given_rows
 from robotics.simulation.safety.others import BACK_GROWS, TURN_GROWS, HeardPosture, apart
+from robotics.simulation.safety.view import covered_speed
 from robotics.simulation.scenario.robots import load_robot
 from robotics.studies.inspection import inspect_scenario
 from robotics.world.environment.collision import footprints, obstacle_clearance, rectangle_gap
@@ -183,6 +184,40 @@ def met_in_motion(setting: Setting) -> int:
     return int((speed > 0.02).sum())
 
 
+def followed(robot: str, others_speed: float | None = None) -> tuple[int, float]:
+    """A robot goes ahead and back for two seconds; a disc follows it.
+
+    Returns:
+        In how many of ten runs the robot causes a contact, and how far it goes back [m].
+    """
+    setting = obstacle_ensemble(range(10), "A", 1, robot=load_robot(robot))
+    begins, behind = (
+        setting.references.joined.at(np.zeros(10)),
+        setting.robots[0].length / 2 + 2.6 * setting.robots[0].turning_circle,
+    )
+    worlds = []
+    for x, y, heading in zip(begins.x.tolist(), begins.y.tolist(), begins.heading.tolist(), strict=True):
+        start, end = ((x + d * math.cos(heading), y + d * math.sin(heading)) for d in (-behind, 3.0))
+        disc = Disc(radius=0.2, path=Line(start=start, end=end), timing=Timing(speed=0.2))
+        worlds.append(World(obstacles=(disc,), known=False))
+    setting = replace(setting, world=compile_worlds(worlds), ticks=60, divergence=1e6, others_speed=others_speed)
+    law = Scripted(script=np.tile([[0.5, 0.0], [-0.5, 0.0], [-0.5, 0.0]], (10, 1, 1, 1)), seconds=1.0, safe="yes")
+    simulation, way = Simulation(setting, law, tuple(range(10))), np.zeros(10)
+    for _ in simulation.periods():
+        way += setting.period * np.maximum(-TruthColumns(simulation.lanes.body.truth).v, 0.0)
+    return int(run_ensemble(ObstacleOutcome, setting, law, range(10)).caused.any(axis=1).sum()), float(way.max())
+
+
+def test_among_what_moves_no_robot_goes_back_where_its_sensors_do_not_look():
+    assert followed("etsro", others_speed=0.0)[0] > 5  # it believes the disc to rest, and goes back
+    contacts, way = followed("etsro")
+    assert contacts == 0
+    assert way < 0.05  # 0.02 m/s for two seconds, and what the wheels swing back when they brake
+    contacts, way = followed("mir100")  # sees all round
+    assert contacts == 0
+    assert way > 0.2
+
+
 def test_what_has_passed_bars_no_way():
     """Echoes of discs and robots that have gone remain where nothing looks; robots drive on all the same."""
     seeds = (0, 1, 7, 8)
@@ -302,16 +337,16 @@ def test_what_moves_may_not_come_nearer_on_any_part_of_a_way_and_what_stands_not
 
 
 @kernel
-def gap_to(given, heard, x, y, heading, late, grows):
+def gap_to(given, heard, x, y, heading, late):
     other = GuardColumns(given, 1)
-    return apart(GuardColumns(given, 0), other, HeardPosture(heard, 0, 0), x, y, heading, late, grows)
+    return apart(GuardColumns(given, 0), other, HeardPosture(heard, 0, 0), x, y, heading, late)
 
 
 @pytest.mark.parametrize("turned", [0.0, 0.1])
 def test_no_robot_that_keeps_its_promise_comes_nearer_than_is_foreseen(turned):
     robot = load_robot("pioneer-3dx").robot
     setting = replace(robotics.load_scenario("lyapunov-sine").setting, robots=(robot, robot))
-    setting = replace(setting, sensing=setting.sensing * 2)
+    setting = replace(setting, sensing=setting.sensing * 2, sensors=setting.sensors * 2)
     rows = [given_rows(robot, setting, i, 0.3) for i in (0, 1)]
     given = np.array(rows).T.copy()
     GuardColumns(given).turned[1] = turned
@@ -321,16 +356,16 @@ def test_no_robot_that_keeps_its_promise_comes_nearer_than_is_foreseen(turned):
     for _ in range(200):
         fastest, slowest, turn = rng.uniform(0, top), -rng.uniform(0, 0.3), rng.uniform(0, 5)
         x, y, heading = *rng.uniform(-1.2, 1.2, 2), rng.uniform(-np.pi, np.pi)
-        age, late, grows = rng.uniform(0.05, 0.6), rng.uniform(0, 0.5), rng.uniform(0.4, 2.0)
-        heard = np.array([age, 1.0, 0.0, 0.0, 0.0, fastest, slowest, turn])[:, None, None]
-        foreseen = gap_to(given, heard, x, y, heading, late, grows)
+        age, late, grows = rng.uniform(0.05, 0.6), rng.uniform(0, 0.5), max(rng.uniform(-0.5, 2.5), 0.0)
+        heard = np.array([age, 1.0, 0.0, 0.0, 0.0, fastest, slowest, turn, grows])[:, None, None]
+        foreseen = gap_to(given, heard, x, y, heading, late)
         steps = 60
         step = (age + late) / steps
         for kind in ("random", "random", "round", "round", "there", "there"):  # ways that keep the promise
             side, to = rng.choice([-1.0, 1.0]), np.zeros(2)
             place = np.array([0.0, 0.0, turned * side])
             for n in range(steps):
-                more = n * step / grows
+                more = n * step * grows
                 forwards, back = min(fastest + more * top, top), max(slowest - BACK_GROWS * more * top, -top)
                 swift = min(turn + TURN_GROWS * more * swiftest, swiftest)
                 if kind == "there":  # round, and straight at the body
@@ -423,8 +458,13 @@ def test_blind_spots_are_said_before_a_run():
     setting = course(1)
     assert covered_speed(etsro.robot, etsro.sensors, setting) == pytest.approx(0.825, abs=0.02)
     assert covered_speed(etsro.robot, {"left": etsro.sensors["left"]}, setting) == 0
+    assert covered_speed(etsro.robot, etsro.sensors, setting, backwards=True) == 0
+    assert covered_speed(mir.robot, mir.sensors, setting, backwards=True) == mir.robot.v_max
     (said,) = blind_spots(setting, RAGING)
     assert "no sensor looks at" in said
+    assert "goes back" not in said
+    (said,) = blind_spots(replace(setting, others_speed=0.2), RAGING)
+    assert "among what moves it goes back at 0.02 m/s at most" in said
     slipping = replace(setting, robots=(setting.robots[0].changed(lateral_slip=0.02),))
     assert "and this robot has lateral_slip 0.02" in blind_spots(slipping, RAGING)[0]
     assert blind_spots(setting, replace(RAGING, safe="no")) == []
