@@ -1,9 +1,9 @@
 """The other robots of a team, by radio: each promises how fast it will drive, and keeps to it.
 
 A message says where a robot is, between which speeds, and with what turn rate at most, it drives now, and how fast
-these bounds grow, up to what the robot can. It keeps every message for the time of a promise: the stated delay, and the
-longest stop of any robot of the team. So whoever has heard it within the stated delay knows a rectangle that it does not
-leave until he himself stands.
+these bounds grow, up to what the robot can. It keeps every message for the time of a promise: the stated delay, and
+the longest stop of any robot of the team. So whoever has heard it within the stated delay knows a rectangle that it
+does not leave until he himself stands.
 """
 
 import math
