@@ -56,7 +56,7 @@ class CGuard:
         self.robots, team = len(setting.robots), known.air.values > 0
         self.lane = CTerm("state->robot", "int") if team else KnownValue(0)
         self.air = _Air(known.air.values, CArray("input->heard", "real", (HeardPosture.size, _LANE, self.robots)))
-        self.delay, self.said = known.delay, CTable("said")
+        self.delay, self.holds, self.said = known.delay, known.holds, CTable("said")
         self.promises = CArray("state->promises", "real", (*known.promises.shape[:2], _LANE), "guard")
         self.sees, self.latency = known.sees, known.latency
         self.numbers, self.sensors = known.given[:, 0], np.asarray(known.table)
@@ -91,7 +91,7 @@ class CGuard:
         """The declarations of what the robot keeps, each with what it is."""
         cells, flights = self.ground.shape[1], self.sent.shape[0]
         promises = f"REAL promises[{PromiseColumns.size}][{self.promises.shape[1]}]"
-        said = "m/s, m/s and rad/s: by how much it has promised to drive, back and turn at most"
+        said = "m/s, m/s, rad/s and 1/s: how fast it has promised to drive, back and turn at most, and how that grows"
         team = {"int robot": "which of the team it is, from 0", promises: said} if self.air.values else {}
         return team | {
             "int k": "the period, from 0",

@@ -415,7 +415,7 @@ class _Writer:
         if self.guard is not None and self.number_of_team:
             starts.append("    state->robot = robot;")
             far = self.number.infinity
-            for row, (name, bound) in enumerate(zip(PromiseColumns.columns, (far, f"-{far}", far), strict=True)):
+            for row, (name, bound) in enumerate(zip(PromiseColumns.columns, (far, f"-{far}", far, 0), strict=True)):
                 each = f"for (int n = 0; n < {self.guard.promises.shape[1]}; n++)"
                 starts.append(f"    {each} state->promises[{row}][n] = {bound}; /* {name}: none holds yet */")
         starts = starts or ["    state->nothing = 0;"]

@@ -28,15 +28,17 @@ from robotics.simulation.safety.ground import (
 )
 from robotics.simulation.safety.others import (
     CREEP,
-    OPEN,
+    REACH,
     SLACK,
     SPEED_SPARE,
     TURNS,
     PostureMessage,
     PromiseColumns,
+    highest,
     is_a_robot,
     kept_promise,
     room_to_robots,
+    spare_share,
 )
 from robotics.world.radio.channel import Air, broadcast, receive
 from robotics.world.sensing.raycasting import SensorColumns
@@ -60,6 +62,7 @@ class MonitorLanes(NamedTuple):
     sees: int  # 1: there are obstacles to see
     latency: float  # s, of commands
     delay: float  # s: messages that are older say nothing
+    holds: float  # s: the time of a promise
     given: Floats2  # (GuardColumns, lanes)
     ground: Ints3  # (lanes, cells, cells)
     window: Ints2  # (lanes, 2): the first cell of each window in x and in y
@@ -189,11 +192,11 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
     if wish_v < -given.back:  # the same arc more slowly
         wish_w *= -given.back / wish_v
         wish_v = -given.back
-    bound_v, bound_w, slowest, room = wish_v, wish_w, -math.inf, math.inf
+    bound_v, bound_w, backwards, room = wish_v, wish_w, -given.back, math.inf
     if team:
-        fastest, slowest, turn = kept_promise(guard.promises, lane)
-        slowest /= given.overshoot
-        bound_v = min(max(wish_v, slowest), fastest / given.overshoot)
+        fastest, slowest, turn = kept_promise(guard, lane, k, period, guard.latency)
+        backwards = max(backwards, slowest / given.overshoot)
+        bound_v = min(max(wish_v, backwards), fastest / given.overshoot)
         bound_w = min(max(wish_w, -turn / given.overshoot), turn / given.overshoot)
         room = room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, 0.0) - _ROBOTS_APART
     v, w, n = bound_v, bound_w, 0
@@ -203,7 +206,7 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         if guard.sees == 1:
             find_barred(guard.ground[lane], guard.window[lane], given, guard.barred, k + 1, period)
         while n < FALLBACKS:
-            v, w = tried(n, bound_v, bound_w, given, max(slowest, -given.back))
+            v, w = tried(n, bound_v, bound_w, given, backwards)
             if _clear(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest):
                 break
             n += 1
@@ -211,26 +214,42 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
             v, w = 0.0, 0.0
     if team:
         # Of two that block each other, the one with the lower number goes on wanting.
-        plan_v, plan_w = (v, w) if n > 0 and lane % robots > 0 else (wish_v, wish_w)
-        promises = guard.promises
-        mine = PromiseColumns(promises, k % promises.shape[1], lane)
-        ahead, back = max(plan_v, robot.v, v, 0.0), min(plan_v, robot.v, v, 0.0)
+        gives_way = n > 0 and lane % robots > 0
+        plan_v, plan_w = (v, w) if gives_way else (wish_v, wish_w)
+        held_v, held_w = guard.held[0, lane], guard.held[1, lane]
+        ahead, back = max(plan_v, robot.v, v, held_v, 0.0), min(plan_v, robot.v, v, held_v, 0.0)
+        swift = max(abs(plan_w), abs(robot.w), abs(w), abs(held_w))
+        for n in range(guard.sent.shape[0]):  # and what is on its way to the wheels
+            ahead, back = max(ahead, guard.sent[n, 0, lane]), min(back, guard.sent[n, 0, lane])
+            swift = max(swift, abs(guard.sent[n, 1, lane]))
+        top, swiftest = highest(given)
         drives = k == 0 or abs(plan_v) > _WANTS
-        # Who is far from all others hinders nobody by what it does not use of its promise.
-        top = given.limit.v_max
-        open_ = min(max(OPEN * room / (promises.shape[1] * period * top), 0.0), 1.0)
-        mine.fastest = SLACK * ahead + max(open_ * top, SPEED_SPARE * top if drives and plan_v >= 0 else CREEP)
-        mine.slowest = SLACK * back - max(open_ * top, CREEP)
-        mine.turn = SLACK * max(abs(plan_w), abs(robot.w), abs(w)) + max(open_ * given.limit.w_max, TURNS)
+        ahead = min(SLACK * ahead + (SPEED_SPARE * top if drives and plan_v >= 0 else CREEP), top)
+        back = max(SLACK * back - CREEP, -top)
+        swift = min(SLACK * swift + TURNS, swiftest)
+        # Who is in nobody's way hinders nobody by what it does not use of its promise; who stands does not grow.
+        grows = 2 * REACH * given.radius / (guard.holds * guard.holds * top)
+        if gives_way and abs(plan_v) <= _WANTS and abs(robot.v) <= CREEP:
+            grows = 0.0
+        more = top - ahead
+        ahead += spare_share(guard, lane, robots, robot, ahead, back, swift, grows, more, 0.0, 0.0) * more
+        more = swiftest - swift
+        swift += spare_share(guard, lane, robots, robot, ahead, back, swift, grows, 0.0, 0.0, more) * more
+        more = top + back
+        back -= spare_share(guard, lane, robots, robot, ahead, back, swift, grows, 0.0, more, 0.0) * more
+        if grows > 0:  # to what the older ones grow: a jump would be heard long before it may be driven
+            ahead, back, swift = min(ahead, fastest), max(back, slowest), min(swift, turn)
+        mine = PromiseColumns(guard.promises, k % guard.promises.shape[1], lane)
+        mine.fastest, mine.slowest, mine.turn, mine.grows = ahead, back, swift, grows
         said = PostureMessage(guard.said, lane)
         said.x, said.y, said.heading = robot.x, robot.y, robot.heading
-        said.fastest, said.slowest, said.turn = mine.fastest, mine.slowest, mine.turn
+        said.fastest, said.slowest, said.turn, said.grows = ahead, back, swift, grows
     return v, w
 
 
 @compiled_only
-def tried(n, v, w, given, slowest):  # type: ignore[no-untyped-def]
-    """What is tried in the ``n``-th place instead of an order (v, w); ``slowest`` [m/s] is promised.
+def tried(n, v, w, given, backwards):  # type: ignore[no-untyped-def]
+    """What is tried in the ``n``-th place instead of an order (v, w); ``backwards`` [m/s] it may go at most.
 
     The same arc, turning on the spot, straight on; and back, to have room to turn.
     """
@@ -241,7 +260,7 @@ def tried(n, v, w, given, slowest):  # type: ignore[no-untyped-def]
         return 0.0, SPOT[n - arcs] * w
     if n < arcs + spots + len(SPOT):
         return SPOT[n - arcs - spots] * v, 0.0
-    return (max(-BACK * given.limit.v_max, slowest) if abs(w) * given.radius > abs(v) else 0.0), 0.0
+    return (max(-BACK * given.limit.v_max, backwards) if abs(w) * given.radius > abs(v) else 0.0), 0.0
 
 
 @compiled_only

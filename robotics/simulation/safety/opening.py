@@ -89,7 +89,7 @@ def no_guard(lanes: int, air: Any) -> MonitorLanes:
     none = np.zeros(0, dtype=np.int64)
     empty = np.zeros((0, lanes))
     return MonitorLanes(
-        0, 0, 0.0, 0.0, empty, np.zeros((0, 0, 0), dtype=np.int64), np.zeros((0, 2), dtype=np.int64),
+        0, 0, 0.0, 0.0, 0.0, empty, np.zeros((0, 0, 0), dtype=np.int64), np.zeros((0, 2), dtype=np.int64),
         np.zeros((0, 0), dtype=np.int64), np.empty((0, 0)), none, none, none, none, np.zeros((2, 0)),
         np.zeros(1, dtype=np.int64), np.zeros((0, 2, lanes)), empty, np.zeros((0, 0, lanes)), empty, air, none,
     )  # fmt: skip
@@ -123,7 +123,7 @@ def opened_guard(
     stops = max(assumed.stopping_time(robot, setting.plant == "kinematic") for robot in robots)
     delay = assumed.radio_delay(setting.radio, period)
     keeps = math.ceil((delay + setting.latency + period + stops) / period) + 1 if air.values else 1
-    promises = np.empty((PromiseColumns.size, keeps, lanes))
+    promises = np.zeros((PromiseColumns.size, keeps, lanes))
     promises[0], promises[1], promises[2] = _AT_ONCE, -_AT_ONCE, _AT_ONCE
     side = assumed.WINDOW_CELLS if sees else 0
     return MonitorLanes(
@@ -131,6 +131,7 @@ def opened_guard(
         int(sees),
         float(setting.latency),
         float(delay),
+        float(delay + setting.latency + period + stops),
         np.ascontiguousarray(np.tile(given, runs)),
         np.zeros((lanes, side, side), dtype=np.int64),
         np.zeros((lanes, 2), dtype=np.int64),

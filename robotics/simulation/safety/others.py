@@ -1,9 +1,9 @@
 """The other robots of a team, by radio: each promises how fast it will drive, and keeps to it.
 
-A message says where a robot is and between which speeds, and with what turn rate at most, it will drive for the time
-of a promise: the stated delay, and the longest stop of any robot of the team. A robot that wants to drive faster says
-so, and drives faster when its older promises have run out. So whoever has heard it within the stated delay knows a
-rectangle that it does not leave until he himself stands.
+A message says where a robot is, between which speeds, and with what turn rate at most, it drives now, and how fast
+these bounds grow, up to what the robot can. It keeps every message for the time of a promise: the stated delay, and
+the longest stop of any robot of the team. So whoever has heard it within the stated delay knows a rectangle that it
+does not leave until he himself stands.
 """
 
 import math
@@ -17,17 +17,22 @@ from robotics.world.radio.channel import HeardColumns
 
 CREEP = 0.02  # m/s: what a robot that stands promises
 SLACK = 1.1  # what is promised over what is wanted: a little more needs no new promise
-SPEED_SPARE = 0.14  # of its highest speed: what one that wants to drive promises beside that
-OPEN = 0.4  # of the room to the nearest robot: what it may cover beside what it wants, by the end of the promise
+SPEED_SPARE = 0.08  # of its highest speed: what one that wants to drive promises beside that
 TURNS = 1.0  # rad/s: likewise of the turn rate
+REACH = 0.85  # of its turning circle: what one that stands may cover by the end of a promise, as its bound grows
+BACK_GROWS, TURN_GROWS = 0.1, 0.15  # so much more slowly grow the bounds backwards, and of the turn rate
+OPEN = 0.4  # of the room to each other robot: what a promise may take beside what is wanted,
+SOON = 0.5  # within this share of the time of a promise
+LEAST_SPARE = 0.1  # of what a robot can: to promise less beside that is not tried
 
 
 class PromiseColumns(Columns):
-    """What a robot keeps to for the time of a promise."""
+    """What a robot keeps to for the time of a promise: bounds, and how they grow."""
 
     fastest = column("m/s", "forwards")
     slowest = column("m/s", "or how fast backwards, below 0")
     turn = column("rad/s", "the greatest turn rate, either way")
+    grows = column("1/s", "by what share of the highest speed; backwards and in turning by less")
 
 
 class PostureMessage(Columns):
@@ -39,6 +44,7 @@ class PostureMessage(Columns):
     fastest = column("m/s", "as of PromiseColumns")
     slowest = column("m/s")
     turn = column("rad/s")
+    grows = column("1/s")
 
 
 class HeardPosture(HeardColumns):
@@ -50,17 +56,88 @@ class HeardPosture(HeardColumns):
     fastest = column("m/s")
     slowest = column("m/s")
     turn = column("rad/s")
+    grows = column("1/s")
 
 
 @compiled_only
-def kept_promise(promises, lane):  # type: ignore[no-untyped-def]
-    """What a robot may do now, by all its promises (PromiseColumns, periods, lanes) that hold."""
-    fastest, slowest, turn = math.inf, -math.inf, math.inf
-    for n in range(promises.shape[1]):
-        fastest = min(fastest, promises[0, n, lane])
-        slowest = max(slowest, promises[1, n, lane])
-        turn = min(turn, promises[2, n, lane])
+def highest(given):  # type: ignore[no-untyped-def]
+    """The highest speed [m/s], and turn rate [rad/s], of a robot."""
+    limit = given.limit
+    return given.overshoot * min(limit.v_max, limit.wheel_speed_limit), given.overshoot * limit.w_max
+
+
+@compiled_only
+def kept_promise(guard, lane, k, period, late):  # type: ignore[no-untyped-def]
+    """The bounds of all promises of a robot that hold, ``late`` [s] after period ``k``: those of (PromiseColumns,
+    periods, lanes) before it.
+    """
+    top, swiftest = highest(GuardColumns(guard.given, lane))
+    fastest, slowest, turn, keeps = math.inf, -math.inf, math.inf, guard.promises.shape[1]
+    for before in range(1, keeps + 1):
+        said = PromiseColumns(guard.promises, (k + keeps - before) % keeps, lane)
+        more = said.grows * (before * period + late)
+        fastest = min(fastest, said.fastest + more * top)
+        slowest = max(slowest, said.slowest - BACK_GROWS * more * top)
+        turn = min(turn, said.turn + TURN_GROWS * more * swiftest)
     return fastest, slowest, turn
+
+
+@compiled_only
+def grown(now, most, rise, time):  # type: ignore[no-untyped-def]
+    """How far at most in ``time`` [s] at a speed that grows from ``now`` to ``most``, by ``rise`` in each second."""
+    until = min(max(most - now, 0.0) / max(rise, 1e-9), time)
+    return now * time + rise * until * (time - until / 2)
+
+
+@compiled_only
+def covered(given, fastest, slowest, turn, grows, time):  # type: ignore[no-untyped-def]
+    """The rectangle that a robot does not leave in ``time`` [s]: half its length and width, its middle ahead [m].
+
+    ``given`` is GuardColumns of the robot, the rest a promise (PromiseColumns).
+    """
+    top, swiftest = highest(given)
+    rise, fastest, slowest = grows * top, max(fastest, 0.0), max(-slowest, 0.0)
+    ahead, back = grown(fastest, top, rise, time), grown(slowest, top, BACK_GROWS * rise, time)
+    turned = grown(turn, swiftest, TURN_GROWS * grows * swiftest, time)
+    # The heading's sine, in the mean of the way, is at most that of its mean; more of the way is at the end.
+    most = max(fastest, slowest)
+    mean = (most / 2 + rise * time / 3) / max(most + rise * time / 2, 1e-9)
+    aside = grown(most, top, rise, time) * math.sin(min(mean * turned + given.turned, math.pi / 2))
+    length, width = given.radius, given.radius
+    angle = turned + given.turned
+    if angle < math.pi / 2:
+        c, s = math.cos(angle), math.sin(angle)
+        length = min(given.half_length + given.half_width * s, given.radius)
+        if angle < math.atan2(given.half_length, given.half_width):
+            width = given.half_width * c + given.half_length * s
+    else:  # once it has turned round, what it drives ahead leads back
+        until = time * max(math.pi / 2 - given.turned, 0.0) / turned
+        late_ahead = ahead - grown(fastest, top, rise, until)
+        ahead += back - grown(slowest, top, BACK_GROWS * rise, until)
+        back += late_ahead
+    return (ahead + back) / 2 + length, width + aside, (ahead - back) / 2
+
+
+@compiled_only
+def gap_between(dx, dy, heading, mine, other, theirs, spare, turned):  # type: ignore[no-untyped-def]
+    """The gap [m] between two rectangles; minus infinite: they may overlap.
+
+    Args:
+        dx, dy: From the middle of the first to that of the second [m].
+        heading, mine: Of the first [rad]; half its length, width and diagonal [m].
+        other, theirs: The same of the second.
+        spare: By how much the gap may be less [m].
+        turned: By how much more for each metre between them.
+    """
+    distance = math.sqrt(dx * dx + dy * dy)
+    unsure = spare + turned * distance
+    bound = distance - mine[2] - theirs[2] - unsure
+    if bound > 0.5:
+        return bound
+    if rectangles_meet(dx, dy, heading, other, mine, theirs):
+        return -math.inf
+    c, s, cc, ss = math.cos(heading), math.sin(heading), math.cos(other), math.sin(other)
+    return corner_gap(dx, dy, c, s, cc, ss, mine, theirs) - unsure
 
 
 @compiled_only
@@ -74,31 +151,11 @@ def apart(given, other, heard, x, y, heading, late):  # type: ignore[no-untyped-
         x, y, heading: The body, as the robot measures its own.
         late: In how many seconds it is there.
     """
-    time = heard.age + late
-    turn = heard.turn * time + other.turned
-    ahead, back = max(heard.fastest, 0.0) * time, max(-heard.slowest, 0.0) * time
-    # An arc of length s that turns by θ leaves the straight line by s θ/2 at most, and by no more than s.
-    aside = max(ahead, back) * min(turn / 2, 1.0)
-    if turn < math.pi / 2:
-        c, s = math.cos(turn), math.sin(turn)
-        length = min(other.half_length + other.half_width * s, other.radius)
-        width = min(other.half_width * c + other.half_length * s, other.radius)
-        if turn > math.atan2(other.half_length, other.half_width):
-            width = other.radius
-    else:
-        length, width = other.radius, other.radius
-    half = (ahead + back) / 2 + length
-    middle = (ahead - back) / 2
-    c, s = math.cos(heard.heading), math.sin(heard.heading)
-    dx, dy = heard.x + c * middle - x, heard.y + s * middle - y
-    spare = given.place + other.place + given.turned * math.sqrt(dx * dx + dy * dy)
-    bound = math.sqrt(dx * dx + dy * dy) - given.radius - math.sqrt(half * half + (width + aside) ** 2) - spare
-    if bound > 0.5:
-        return bound
-    mine, theirs = (given.half_length, given.half_width, given.radius), (half, width + aside, 0.0)
-    if rectangles_meet(dx, dy, heading, heard.heading, mine, theirs):
-        return -math.inf
-    return corner_gap(dx, dy, math.cos(heading), math.sin(heading), c, s, mine, theirs) - spare
+    half, wide, middle = covered(other, heard.fastest, heard.slowest, heard.turn, heard.grows, heard.age + late)
+    dx, dy = heard.x + math.cos(heard.heading) * middle - x, heard.y + math.sin(heard.heading) * middle - y
+    mine = (given.half_length, given.half_width, given.radius)
+    theirs = (half, wide, math.sqrt(half * half + wide * wide))
+    return gap_between(dx, dy, heading, mine, heard.heading, theirs, given.place + other.place, given.turned)
 
 
 @compiled_only
@@ -112,9 +169,11 @@ def is_a_robot(guard, lane, robots, robot, sensor, reading):  # type: ignore[no-
         heard = HeardPosture(guard.air.heard, lane, j)
         if first + j == lane or not heard.age <= guard.delay:
             continue
-        radius = GuardColumns(guard.given, first + j).radius
+        other = GuardColumns(guard.given, first + j)
+        radius = other.radius
+        top, _ = highest(other)
         dx, dy = heard.x - robot.x, heard.y - robot.y
-        unsure = max(heard.fastest, -heard.slowest) * heard.age + given.place
+        unsure = grown(max(heard.fastest, -heard.slowest), top, heard.grows * top, heard.age) + given.place
         ahead, left = c * dx + s * dy, c * dy - s * dx
         if is_echo(reading, sensor.x, sensor.y, axis, half, ahead, left, radius, max(radius, ROBOT_ECHO), unsure):
             return True
@@ -128,5 +187,38 @@ def room_to_robots(guard, lane, robots, x, y, heading, late):  # type: ignore[no
     for j in range(robots):
         heard = HeardPosture(guard.air.heard, lane, j)
         if first + j != lane and heard.age <= guard.delay:
-            least = min(least, apart(given, GuardColumns(guard.given, first + j), heard, x, y, heading, late))
+            other = GuardColumns(guard.given, first + j)
+            least = min(least, apart(given, other, heard, x, y, heading, late))
     return least
+
+
+@compiled_only
+def room_beside(guard, lane, robots, robot, fastest, slowest, turn, grows):  # type: ignore[no-untyped-def]
+    """The least gap [m] between what a robot may cover SOON by such a promise, and what the others may have by now."""
+    given, first, least = GuardColumns(guard.given, lane), lane - lane % robots, math.inf
+    half, wide, middle = covered(given, fastest, slowest, turn, grows, SOON * guard.holds)
+    mine = (half, wide, math.sqrt(half * half + wide * wide))
+    x, y = robot.x + math.cos(robot.heading) * middle, robot.y + math.sin(robot.heading) * middle
+    for j in range(robots):
+        heard = HeardPosture(guard.air.heard, lane, j)
+        if first + j != lane and heard.age <= guard.delay:
+            other = GuardColumns(guard.given, first + j)
+            far, across, at = covered(other, heard.fastest, heard.slowest, heard.turn, heard.grows, heard.age)
+            dx, dy = heard.x + math.cos(heard.heading) * at - x, heard.y + math.sin(heard.heading) * at - y
+            theirs = (far, across, math.sqrt(far * far + across * across))
+            least = min(least, gap_between(dx, dy, robot.heading, mine, heard.heading, theirs, 0.0, 0.0))
+    return least
+
+
+@compiled_only
+def spare_share(guard, lane, robots, robot, fastest, slowest, turn, grows, more, less, turns):  # type: ignore[no-untyped-def]
+    """What share of ``more``, ``less`` and ``turns`` a robot may promise beside the rest, and take OPEN of the room."""
+    least, share = (1 - OPEN) * room_beside(guard, lane, robots, robot, fastest, slowest, turn, grows), 1.0
+    while least > -math.inf and share > LEAST_SPARE:
+        wide = room_beside(
+            guard, lane, robots, robot, fastest + share * more, slowest - share * less, turn + share * turns, grows
+        )
+        if wide >= least:
+            return share
+        share *= 0.5
+    return 0.0

@@ -235,7 +235,7 @@ def test_the_monitor_in_c_is_that_of_the_loop_period_by_period(tmp_path, name, m
     states = {name: step.state(me) for name, step in steps.items()}
     truth, seen, order = (np.zeros((n, robots)) for n in (TruthColumns.size, SeenColumns.size, 2))
     here, acted, pose, air = TruthColumns(truth, me), 0, np.zeros(3), AirColumns(guard.air.heard)
-    age, heard = np.full(robots, np.inf), np.full((robots, 6), np.nan)
+    age, heard = np.full(robots, np.inf), np.full((robots, 7), np.nan)
     for k in range(400):
         if 100 <= k < 105:
             stood(ctypes.byref(states["guarded"]))
@@ -254,11 +254,12 @@ def test_the_monitor_in_c_is_that_of_the_loop_period_by_period(tmp_path, name, m
             sender, away, bearing = 2 * rng.integers(2), rng.uniform(0.5, 2.0), rng.uniform(-np.pi, np.pi)
             age[sender] = rng.choice([0.05, 0.15])
             place = pose[:2] + away * np.array([np.cos(bearing), np.sin(bearing)])
-            heard[sender] = (*place, bearing, rng.uniform(0, 0.5), rng.uniform(-0.2, 0), rng.uniform(0, 2))
+            bounds = rng.uniform(0, 0.5), rng.uniform(-0.2, 0), rng.uniform(0, 2), rng.uniform(0, 0.8)
+            heard[sender] = (*place, bearing, *bounds)
         if robots > 1:
             air.age[me], air.values[:, me] = age, heard.T
         names = ["x", "y", "heading", "v", "w", "at_x", "at_y", "at_heading", "at_v", "at_w", "ranges[4]"]
-        names += [f"age[{robots}]", f"heard[{robots}][6]"]
+        names += [f"age[{robots}]", f"heard[{robots}][7]"]
         numbers = dict(zip(names, (*pose, v, w, *aim, ranges, age, heard.ravel()), strict=True))
         said = {}
         for name, step in steps.items():

@@ -16,7 +16,7 @@ from robotics.laws.setting import Setting, TrueParameters
 from robotics.plugins.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble, stress_obstacles
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.loop import Simulation, record_run
-from robotics.simulation.safety.assumptions import STOP_NEAR, radio_delay, stopping
+from robotics.simulation.safety.assumptions import OVERSHOOT, STOP_NEAR, radio_delay, stopping
 from robotics.simulation.safety.coverage import blind_directions, blind_spots
 from robotics.simulation.safety.ground import (
     FREE_GROUND,
@@ -29,7 +29,7 @@ from robotics.simulation.safety.ground import (
     take_in,
 )
 from robotics.simulation.safety.opening import given_rows
-from robotics.simulation.safety.others import HeardPosture, apart
+from robotics.simulation.safety.others import BACK_GROWS, TURN_GROWS, HeardPosture, apart
 from robotics.simulation.safety.view import covered_speed
 from robotics.simulation.scenario.robots import load_robot
 from robotics.studies.inspection import inspect_scenario
@@ -338,30 +338,48 @@ def test_what_moves_may_not_come_nearer_on_any_part_of_a_way_and_what_stands_not
 
 @kernel
 def gap_to(given, heard, x, y, heading, late):
-    return apart(GuardColumns(given, 0), GuardColumns(given, 1), HeardPosture(heard, 0, 0), x, y, heading, late)
+    other = GuardColumns(given, 1)
+    return apart(GuardColumns(given, 0), other, HeardPosture(heard, 0, 0), x, y, heading, late)
 
 
-def test_no_robot_that_keeps_its_promise_comes_nearer_than_is_foreseen():
+@pytest.mark.parametrize("turned", [0.0, 0.1])
+def test_no_robot_that_keeps_its_promise_comes_nearer_than_is_foreseen(turned):
     robot = load_robot("pioneer-3dx").robot
     setting = replace(robotics.load_scenario("lyapunov-sine").setting, robots=(robot, robot))
     setting = replace(setting, sensing=setting.sensing * 2, sensors=setting.sensors * 2)
-    given = np.array([given_rows(robot, setting, i, 0.3) for i in (0, 1)]).T.copy()
+    rows = [given_rows(robot, setting, i, 0.3) for i in (0, 1)]
+    given = np.array(rows).T.copy()
+    GuardColumns(given).turned[1] = turned
+    top, swiftest = OVERSHOOT * min(robot.v_max, robot.wheel_speed_limit), OVERSHOOT * robot.w_max
     rng, size = np.random.default_rng(5), footprints([robot])[:, 0]
     near = 0
-    for _ in range(300):
-        fastest, slowest, turn = rng.uniform(0, 1.2), -rng.uniform(0, 0.3), rng.uniform(0, 5)
+    for _ in range(200):
+        fastest, slowest, turn = rng.uniform(0, top), -rng.uniform(0, 0.3), rng.uniform(0, 5)
         x, y, heading = *rng.uniform(-1.2, 1.2, 2), rng.uniform(-np.pi, np.pi)
-        age, late = rng.uniform(0.05, 0.6), rng.uniform(0, 0.5)
-        heard = np.array([age, 1.0, 0.0, 0.0, 0.0, fastest, slowest, turn])[:, None, None]
+        age, late, grows = rng.uniform(0.05, 0.6), rng.uniform(0, 0.5), max(rng.uniform(-0.5, 2.5), 0.0)
+        heard = np.array([age, 1.0, 0.0, 0.0, 0.0, fastest, slowest, turn, grows])[:, None, None]
         foreseen = gap_to(given, heard, x, y, heading, late)
-        for _ in range(6):  # ways that keep the promise
-            place, steps = np.zeros(3), 40
-            v, w = rng.uniform(slowest, fastest), rng.uniform(-turn, turn)
-            for _ in range(steps):
-                if rng.random() < 0.1:
-                    v, w = rng.choice([slowest, fastest]), rng.choice([-turn, turn])
-                step = (age + late) / steps
-                place += step * np.array([v * np.cos(place[2]), v * np.sin(place[2]), w])
+        steps = 60
+        step = (age + late) / steps
+        for kind in ("random", "random", "round", "round", "there", "there"):  # ways that keep the promise
+            side, to = rng.choice([-1.0, 1.0]), np.zeros(2)
+            place = np.array([0.0, 0.0, turned * side])
+            for n in range(steps):
+                more = n * step * grows
+                forwards, back = min(fastest + more * top, top), max(slowest - BACK_GROWS * more * top, -top)
+                swift = min(turn + TURN_GROWS * more * swiftest, swiftest)
+                if kind == "there":  # round, and straight at the body
+                    bearing = np.arctan2(y - place[1], x - place[0]) - place[2]
+                    bearing = np.arctan2(np.sin(bearing), np.cos(bearing))
+                    v, w = forwards if abs(bearing) < np.pi / 2 else 0.0, np.clip(bearing / step, -swift, swift)
+                elif kind == "round":
+                    v, w = forwards, side * swift
+                else:
+                    if n == 0 or rng.random() < 0.1:
+                        to = np.array([rng.uniform(0, 1), rng.choice([-1.0, 0.0, 1.0])])
+                    v, w = back + to[0] * (forwards - back), to[1] * swift
+                middle = place[2] + w * step / 2
+                place += step * np.array([v * np.cos(middle), v * np.sin(middle), w])
             gap = rectangle_gap(place[0] - x, place[1] - y, heading, place[2], size, size)
             assert foreseen <= gap + 1e-9
             near += foreseen > -inf and gap - foreseen < 0.1
