@@ -22,7 +22,7 @@ TURNS = 1.0  # rad/s: likewise of the turn rate
 REACH = 0.85  # of its turning circle: what one that stands may cover by the end of a promise, as its bound grows
 BACK_GROWS, TURN_GROWS = 0.1, 0.15  # so much more slowly grow the bounds backwards, and of the turn rate
 OPEN = 0.4  # of the room to each other robot: what a promise may take beside what is wanted,
-SOON = 0.5  # within this share of the time of a promise
+SPARE_TIME = 0.5  # within this share of the time of a promise
 LEAST_SPARE = 0.1  # of what a robot can: to promise less beside that is not tried
 
 
@@ -194,9 +194,9 @@ def room_to_robots(guard, lane, robots, x, y, heading, late):  # type: ignore[no
 
 @compiled_only
 def room_beside(guard, lane, robots, robot, fastest, slowest, turn, grows):  # type: ignore[no-untyped-def]
-    """The least gap [m] between what a robot may cover SOON by such a promise, and what the others may have by now."""
+    """The least gap [m] between what a robot may soon cover by such a promise, and what the others may have by now."""
     given, first, least = GuardColumns(guard.given, lane), lane - lane % robots, math.inf
-    half, wide, middle = covered(given, fastest, slowest, turn, grows, SOON * guard.holds)
+    half, wide, middle = covered(given, fastest, slowest, turn, grows, SPARE_TIME * guard.holds)
     mine = (half, wide, math.sqrt(half * half + wide * wide))
     x, y = robot.x + math.cos(robot.heading) * middle, robot.y + math.sin(robot.heading) * middle
     for j in range(robots):
