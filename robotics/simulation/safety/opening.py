@@ -122,7 +122,8 @@ def opened_guard(
     rays, first_ray = rays_of(sensors, assumed.WINDOW_CELLS / 2 * cell, cell)
     stops = max(assumed.stopping_time(robot, setting.plant == "kinematic") for robot in robots)
     delay = assumed.radio_delay(setting.radio, period)
-    keeps = math.ceil((delay + setting.latency + period + stops) / period) + 1 if air.values else 1
+    holds = delay + setting.latency + period + stops
+    keeps = math.ceil(holds / period) + 1 if air.values else 1
     promises = np.zeros((PromiseColumns.size, keeps, lanes))
     promises[0], promises[1], promises[2] = _AT_ONCE, -_AT_ONCE, _AT_ONCE
     side = assumed.WINDOW_CELLS if sees else 0
@@ -131,7 +132,7 @@ def opened_guard(
         int(sees),
         float(setting.latency),
         float(delay),
-        float(delay + setting.latency + period + stops),
+        float(holds),
         np.ascontiguousarray(np.tile(given, runs)),
         np.zeros((lanes, side, side), dtype=np.int64),
         np.zeros((lanes, 2), dtype=np.int64),
