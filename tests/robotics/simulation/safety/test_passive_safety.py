@@ -258,6 +258,27 @@ def test_an_echo_at_the_least_distance_frees_nothing_before_it():
         assert (ground == 5).any()
 
 
+@pytest.mark.parametrize(("incidence", "stays"), [(60, True), (90, False)])
+def test_what_may_be_too_steep_to_be_heard_again_is_not_freed(incidence, stays):
+    """A wall beside the cone comes in at its edge, at 20° to the ray; what stands alone in the cone is heard."""
+    setting = course(1)
+    given = np.array([given_rows(setting.robots[0], setting, 0, 0.05)]).T.copy()
+    table = np.zeros((SensorColumns.size, 1))
+    sensor = SensorColumns(table, 0)
+    sensor.range, sensor.sin_half = 3.0, math.sin(math.radians(37))
+    sensor.cos_incidence = math.cos(math.radians(incidence)) if incidence < 90 else 0.0
+    angles = np.radians(np.linspace(-37, 37, 75))
+    # cells from the sensor
+    wall, alone = np.exp(1j * np.radians(37)) * 1.5 + np.exp(1j * np.radians(17)) * np.array([0, 1.5]), 2.5 + 0j
+    ground, window = np.full((48, 48), FREE_GROUND), np.full(2, -24)
+    places = [tuple(np.array([z.real, z.imag]).astype(int)) for z in (*wall, alone)]
+    for place in places:
+        ground[place] = 5
+    freed(ground, window, given, np.zeros_like(ground), table, np.array([np.cos(angles), np.sin(angles)]), 2.0, 0, 0, 0)
+    assert (ground[places[1]] == 5) == stays
+    assert ground[places[2]] == FREE_GROUND
+
+
 def test_rays_that_go_past_free_ground_free_the_same_as_those_that_stop_at_every_step():
     setting = course(1)
     given = np.array([given_rows(setting.robots[0], setting, 0, 0.05)]).T.copy()
