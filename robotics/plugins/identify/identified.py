@@ -221,12 +221,11 @@ def _predicted(motion: MotionFit) -> dict[str, float]:
     """RMS errors over 5 s ahead: of the velocities, and of the way (m) between the ends of both tracks."""
     period = float(np.median(np.diff(motion.time)))
     steps = max(1, round(_AHEAD / period))
-    wrong = []
-    for k in range(0, len(motion.time) - steps, max(1, steps // 2)):
-        if motion.time[k + steps] - motion.time[k] < 1.2 * _AHEAD:
-            wrong.append(
-                _end(motion.modelled[:, k : k + steps], period) - _end(motion.measured[:, k : k + steps], period)
-            )
+    wrong = [
+        _end(motion.modelled[:, k : k + steps], period) - _end(motion.measured[:, k : k + steps], period)
+        for k in range(0, len(motion.time) - steps, max(1, steps // 2))
+        if motion.time[k + steps] - motion.time[k] < 1.2 * _AHEAD
+    ]
     rms = np.sqrt((motion.residuals**2).mean(axis=1))
     way = float(np.sqrt((np.abs(np.array(wrong)) ** 2).mean())) if wrong else float("nan")
     return {"v": float(rms[0]), "w": float(rms[1]), "way": way}
