@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fuzzy.compiled.jit import compiled_only, kernel, without_refcounts
+from fuzzy.compiled.jit import compiled_only, kernel
 from robotics.world.environment.world import BodyColumns, Geometry
 from robotics.world.vehicle.robot import Robot
 
@@ -105,7 +105,7 @@ def _obstacle_gaps(x, y, heading, sizes, circles, bodies, segments, counts):  # 
     return touched, least
 
 
-@without_refcounts
+@compiled_only
 def _find_obstacle_gaps(x, y, heading, sizes, circles, bodies, segments, counts, touched, least):  # type: ignore[no-untyped-def]
     """Write what :func:`_obstacle_gaps` returns."""
     runs, robots = x.shape
