@@ -9,15 +9,14 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import suppress
-from multiprocessing.connection import Connection
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from typing import Any, TypeVar
 
 from fuzzy.errors import InputError
 from fuzzy.files.fislines import FisFileError
 
 T = TypeVar("T")
-_SMALL = 32_768  # bytes that a pipe takes although nobody reads yet
 
 
 class WorkError(RuntimeError):
@@ -25,84 +24,41 @@ class WorkError(RuntimeError):
 
 
 class DesignerWorkers:
-    """Worker processes, started when they are first needed; they end with this process, however it ends.
-
-    A task goes to a process and back without a thread between: on a busy machine each that has to be woken may wait for
-    some ms, and whoever drags with it. The process that worked last works next: what it needs is at hand there.
-    """
+    """Worker processes, started when they are first needed; they end with this process, however it ends."""
 
     def __init__(self, count: int = 2) -> None:
-        self._turns = asyncio.Semaphore(count)
-        self._idle: list[_Worker] = []  # the last one was used last
-        self._all: list[_Worker] = []
+        self._count = count
+        self._pool: ProcessPoolExecutor | None = None
 
     async def run(self, function: Callable[..., T], *args: Any) -> T:
         """Run ``function(*args)``, both picklable. Raises InputError where the function did, else WorkError."""
-        task = pickle.dumps((function, args))
-        await self._turns.acquire()
-        # Whoever waits no longer leaves the process to its work.
-        outcome, value = await asyncio.shield(asyncio.ensure_future(self._done(task)))
+        if self._pool is None:
+            # Fresh interpreters: a copy of this one would hold its sockets and locks.
+            context = multiprocessing.get_context("spawn")
+            self._pool = ProcessPoolExecutor(self._count, mp_context=context, initializer=follow_parent)
+        pool = self._pool
+        try:
+            outcome, value = await asyncio.get_running_loop().run_in_executor(pool, _work, function, args)
+        except BrokenProcessPool:
+            if self._pool is pool:
+                self._pool = None
+            raise WorkError("the process that worked on this ended; perhaps it ran out of memory") from None
+        except RuntimeError as error:  # the pool has been closed meanwhile
+            raise WorkError(str(error)) from None
         if outcome == "refused":
             raise value if isinstance(value, FisFileError) else InputError(value)
         if outcome == "failed":
             raise WorkError(value)
         return value
 
-    async def _done(self, task: bytes) -> tuple[str, Any]:
-        """What became of a task whose turn it is."""
-        try:
-            if not self._idle:
-                # Fresh interpreters: a copy of this one would hold its sockets and locks.
-                self._idle.append(_Worker(multiprocessing.get_context("spawn")))
-                self._all.append(self._idle[-1])
-            worker = self._idle.pop()
-            try:
-                answer = await worker.answer(task)
-            except (EOFError, OSError):
-                if worker in self._all:
-                    self._all.remove(worker)
-                raise WorkError("the process that worked on this ended; perhaps it ran out of memory") from None
-            if worker in self._all:
-                self._idle.append(worker)
-            return answer
-        finally:
-            self._turns.release()
-
     def close(self) -> None:
         """End the processes, whatever they are doing."""
-        for worker in self._all:
-            worker.process.kill()
-            worker.process.join()
-        self._all, self._idle = [], []
-
-
-class _Worker:
-    """A process that does one task after the other, as they come through a pipe."""
-
-    def __init__(self, context: multiprocessing.context.SpawnContext) -> None:
-        self._pipe, there = context.Pipe()
-        self.process = context.Process(target=_work, args=(there,), daemon=True)
-        self.process.start()
-        there.close()
-
-    async def answer(self, task: bytes) -> Any:
-        """What comes back for a task. Raises EOFError or OSError where the process has ended."""
-        loop = asyncio.get_running_loop()
-        if len(task) <= _SMALL:
-            self._pipe.send_bytes(task)
-        else:
-            await asyncio.to_thread(self._pipe.send_bytes, task)
-        if sys.platform == "win32":  # its loop cannot watch pipes
-            await asyncio.to_thread(self._pipe.poll, None)
-        else:
-            there, pipe = loop.create_future(), self._pipe.fileno()
-            loop.add_reader(pipe, there.set_result, None)
-            try:
-                await there
-            finally:
-                loop.remove_reader(pipe)
-                os.set_blocking(pipe, True)  # uvloop reads from what does not block
-        return pickle.loads(self._pipe.recv_bytes())
+        if self._pool is not None:
+            processes = list((self._pool._processes or {}).values())
+            for process in processes:
+                process.kill()
+            self._pool.shutdown(wait=True, cancel_futures=True)
+            self._pool = None
 
 
 class TimedWorkers:
@@ -172,23 +128,16 @@ def set_imports_aside() -> None:
         gc.freeze()
 
 
-def _work(pipe: Connection) -> None:
-    """Do what comes through the pipe, and send back what became of it."""
-    follow_parent()
-    with suppress(EOFError, OSError):  # nobody is there any more
-        while True:
-            pipe.send_bytes(_outcome(pipe.recv_bytes()))
-            set_imports_aside()
-
-
-def _outcome(task: bytes) -> bytes:
-    """Do a task; other exceptions travel as text, because not every one can be pickled."""
+def _work(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[str, Any]:
+    """What became of it: other exceptions travel as text, because not every one can be pickled."""
     try:
-        function, args = pickle.loads(task)
-        return pickle.dumps(("done", function(*args)))
+        value = function(*args)
+        pickle.dumps(value)
+        set_imports_aside()
+        return "done", value
     except FisFileError as error:  # its line is wanted
-        return pickle.dumps(("refused", error))
+        return "refused", error
     except InputError as error:
-        return pickle.dumps(("refused", str(error)))
+        return "refused", str(error)
     except Exception as error:
-        return pickle.dumps(("failed", f"{type(error).__name__}: {error}"))
+        return "failed", f"{type(error).__name__}: {error}"
