@@ -44,6 +44,7 @@ from robotics.studies.tuning.cost import Cost, Term
 from robotics.world.environment.world import outlines
 
 _POINTS = 600  # points of a path that is drawn, at most
+_FRAMES = 1001  # of a run that is played, at most: more than a line over time has pixels
 _MOVES = 0.05  # m/s: a robot that is slower stands
 _TOLD = ("contacts", "min_clearance_m", "arrival_time_s")  # metrics of which more is made than a number in the table
 _IN_PYTHON = re.compile(r" \((?:no_rule_fires|out_of_range) = [^)]*\)$")  # how Python chooses, in a warning
@@ -386,7 +387,8 @@ def shown(attempt: Attempt, label: str, cost: Cost | None = None) -> dict[str, A
     data = {"label": label, "warned": list(attempt.warned), "notes": list(attempt.notes)}
     data |= seed_data(run, measured, attempt.divergence, cost=cost)
     if run.about.kind != "tracking" or can_touch(run):
-        return data | {"verdict": _verdict(run, measured), "moment": _moment(run), "player": player_data(run)}
+        played = player_data(run, frames=_FRAMES)
+        return data | {"verdict": _verdict(run, measured), "moment": _moment(run), "player": played}
     return data | path_data(run, len(run.time)) | {"motion": motion_curves(run)}
 
 
