@@ -263,3 +263,23 @@ def test_a_function_that_calls_itself_has_a_fingerprint():
 
     assert down(5) == 10
     assert fingerprint(down) == fingerprint(down)
+
+
+def test_a_callee_is_put_into_its_callers_only_where_it_says_so_itself():
+    """Numba hands ``forceinline`` on from the caller for which a function is compiled first."""
+
+    @kernel
+    def called(x):
+        return 2.0 * x
+
+    @kernel(forceinline=True)
+    def between(x):
+        return called(x)
+
+    @kernel
+    def caller(x):
+        return between(x)
+
+    assert caller(3.0) == 6.0
+    inlined = [("alwaysinline" in of.overloads[of.signatures[0]].library.get_llvm_str()) for of in (called, between)]
+    assert inlined == [False, True]
