@@ -176,11 +176,6 @@ def asking(names: set[str], period: float, readings: int, ahead: float = 0.0) ->
     return asked | {"ahead": ahead, "smoothing": share_of(SMOOTH_TIME, period), "readings": readings}
 
 
-def work_for(robots: int, sensors: int) -> int:
-    """How many numbers a robot works in for its sensors and the others."""
-    return sensors + robots * (1 + OtherColumns.size)
-
-
 # In a period -------------------------------------------------------------------------------------------------------
 
 

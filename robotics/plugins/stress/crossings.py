@@ -116,7 +116,7 @@ def drawn_ensemble(
     if grown != 1:
         drawn = [[_grown(table, grown) for table in tables] for tables in drawn]
     paths, robots = join_tables(drawn), len(drawn[0])
-    durations = paths.lengths.max(axis=1) / speed_of(model)
+    durations = paths.lengths.max(axis=1) / min(SPEED, 0.5 * model.robot.v_max, 0.5 * model.robot.wheel_speed_limit)
     starts = np.array([[t[:3, 0] for t in tables] for tables in drawn])
     shared = Member(
         start=(0.0, 0.0, 0.0),
@@ -135,11 +135,6 @@ def drawn_ensemble(
     )
     far = scenario.divergence + grown * across
     return replace(scenario.setting, starts=starts, references=even_timing(paths, durations), divergence=far)
-
-
-def speed_of(robot: RobotModel) -> float:
-    """The mean speed [m/s] of such a robot on the longest path."""
-    return min(SPEED, 0.5 * robot.robot.v_max, 0.5 * robot.robot.wheel_speed_limit)
 
 
 def _grown(table: np.ndarray, factor: float) -> np.ndarray:
