@@ -72,7 +72,7 @@ class Type2Network(Network):
                 *slopes, constant = term.parameters
                 shift = sum(slope * low for slope, low in zip(slopes, lows, strict=False))
                 scaled = [slope * span for slope, span in zip(slopes, spans, strict=False)]
-                numbers += [number / _span(variable) for number in (*scaled, constant + shift)]
+                numbers += [number / (variable.span or 1.0) for number in (*scaled, constant + shift)]
         return Point(self.premises.valid(self.premises.start()), [self.array(np.array(numbers))])
 
     def output(self, free: Sequence[torch.Tensor], values: Sequence[torch.Tensor], u: torch.Tensor) -> torch.Tensor:
@@ -100,16 +100,12 @@ class Type2Network(Network):
 
     def _consequents(self, variable: "fuzzy.Variable", rest: Iterator[Any]) -> Iterator[Consequent]:
         """The consequents of an output, in the inputs' own units, from its numbers, which are next."""
-        lows, spans = self.premises.low.tolist(), self.premises.span.tolist()
+        lows, spans, width = self.premises.low.tolist(), self.premises.span.tolist(), variable.span or 1.0
         for term in variable.terms.values():
-            slopes = [next(rest) * _span(variable) / span for span in spans] if isinstance(term, Linear) else []
+            slopes = [next(rest) * width / span for span in spans] if isinstance(term, Linear) else []
             shift = sum(slope * low for slope, low in zip(slopes, lows, strict=False))
-            constant = next(rest) * _span(variable) - shift
+            constant = next(rest) * width - shift
             yield Linear(slopes, constant) if isinstance(term, Linear) else Constant(constant)
-
-
-def _span(variable: "fuzzy.Variable") -> float:
-    return variable.universe[1] - variable.universe[0] or 1.0
 
 
 def _lowers(fis: "fuzzy.Type2Sugeno") -> "list[fuzzy.Lower]":

@@ -51,9 +51,9 @@ def _rise(x: Array, a: Array, b: Array) -> Array:
     return xp.where(steep, slope, edge)
 
 
-def _fall(x: Array, c: Array, d: Array) -> Array:
-    """1 up to c, 0 from d on; the mirror image of :func:`_rise`, with the value 1 at a vertical edge."""
-    return _rise(-x, -d, -c)
+def _edges(x: Array, a: Array, b: Array, c: Array, d: Array) -> Array:
+    """The lesser of a rise from a to b and a fall from c to d, its mirror image; 1 at a vertical edge of either."""
+    return array_namespace(x).minimum(_rise(x, a, b), _rise(-x, -d, -c))
 
 
 def _s(x: Array, a: Array, b: Array) -> Array:
@@ -107,6 +107,8 @@ def _log_sigmoid_product(x: Array, a1: Array, c1: Array, a2: Array, c2: Array) -
     return _log_sigmoid(x, a1, c1) + _log_sigmoid(x, a2, c2)
 
 
+Formula = Callable[..., Array]  # of x and the parameters
+
 # The scales of profiles and grids
 _WIDTH = 1 / HALF_WIDTH  # the standard deviation of a Gaussian that is 0.5 at the distance 1
 _OUTWARD = 4.0  # how many edges' widths an open side's crossover lies outside the universe
@@ -130,11 +132,7 @@ class Triangle(MembershipFunction):
     title: ClassVar[str] = "triangle"
     vertices: ClassVar[tuple[int, ...]] = (0, 1, 2)
     grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (c - 2 * h, c, c + 2 * h))
-
-    @classmethod
-    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
-        a, b, c = parameters
-        return array_namespace(x).minimum(_rise(x, a, b), _fall(x, b, c))
+    formula: ClassVar[Formula] = staticmethod(lambda x, a, b, c: _edges(x, a, b, b, c))
 
     def profile(self, span: float) -> Profile:  # noqa: D102
         a, b, c = self.numbers
@@ -209,11 +207,7 @@ class Trapezoid(_FourVertices):
     matlab: ClassVar[str] = "trapmf"
     title: ClassVar[str] = "trapezoid"
     may_cross: ClassVar[tuple[int, ...]] = (1,)
-
-    @classmethod
-    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
-        a, b, c, d = parameters
-        return array_namespace(x).minimum(_rise(x, a, b), _fall(x, c, d))
+    formula: ClassVar[Formula] = staticmethod(_edges)
 
 
 @register
@@ -223,10 +217,7 @@ class LinearS(_Rising):
 
     matlab: ClassVar[str] = "linsmf"
     title: ClassVar[str] = "straight ramp up"
-
-    @classmethod
-    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
-        return _rise(x, *parameters)
+    formula: ClassVar[Formula] = staticmethod(_rise)
 
 
 @register
@@ -236,10 +227,7 @@ class LinearZ(_Falling):
 
     matlab: ClassVar[str] = "linzmf"
     title: ClassVar[str] = "straight ramp down"
-
-    @classmethod
-    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
-        return 1 - _rise(x, *parameters)
+    formula: ClassVar[Formula] = staticmethod(lambda x, a, b: 1 - _rise(x, a, b))
 
 
 @register
@@ -251,7 +239,7 @@ class Gaussian(MembershipFunction):
     c: Any = field(metadata=parameter("location", "centre"))
     matlab: ClassVar[str] = "gaussmf"
     title: ClassVar[str] = "Gaussian"
-    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_gauss)
+    log_formula: ClassVar[Formula] = staticmethod(_log_gauss)
     grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (h * _WIDTH, c))
 
     def profile(self, span: float) -> Profile:  # noqa: D102
@@ -283,7 +271,7 @@ class TwoSidedGaussian(MembershipFunction):
     title: ClassVar[str] = "two-sided Gaussian"
     vertices: ClassVar[tuple[int, ...]] = (1, 3)
     may_cross: ClassVar[tuple[int, ...]] = (1,)
-    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_two_sided_gauss)
+    log_formula: ClassVar[Formula] = staticmethod(_log_two_sided_gauss)
     grid: ClassVar[Grid] = staticmethod(
         lambda c, h, slope: (0.4 * h * _WIDTH, c - 0.6 * h, 0.4 * h * _WIDTH, c + 0.6 * h)
     )
@@ -315,7 +303,7 @@ class Bell(MembershipFunction):
     c: Any = field(metadata=parameter("location", "centre c"))
     matlab: ClassVar[str] = "gbellmf"
     title: ClassVar[str] = "bell"
-    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_bell)
+    log_formula: ClassVar[Formula] = staticmethod(_log_bell)
     grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (h, 2, c))
 
     def profile(self, span: float) -> Profile:  # noqa: D102
@@ -345,7 +333,7 @@ class Sigmoid(MembershipFunction):
     c: Any = field(metadata=parameter("location", "crossover c"))  # where the degree is 0.5
     matlab: ClassVar[str] = "sigmf"
     title: ClassVar[str] = "sigmoid"
-    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_sigmoid)
+    log_formula: ClassVar[Formula] = staticmethod(_log_sigmoid)
 
     def profile(self, span: float) -> Profile:  # noqa: D102
         a, c = self.numbers
@@ -429,7 +417,7 @@ class SigmoidProduct(_TwoSigmoids):
     matlab: ClassVar[str] = "psigmf"
     title: ClassVar[str] = "product of sigmoids"
     second: ClassVar[int] = 1
-    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_sigmoid_product)
+    log_formula: ClassVar[Formula] = staticmethod(_log_sigmoid_product)
     grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (slope, c - h, -slope, c + h))
 
 
@@ -441,10 +429,7 @@ class SShape(_Rising):
     matlab: ClassVar[str] = "smf"
     title: ClassVar[str] = "S-shape"
     may_cross: ClassVar[tuple[int, ...]] = (0,)
-
-    @classmethod
-    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
-        return _s(x, *parameters)
+    formula: ClassVar[Formula] = staticmethod(_s)
 
 
 @register
@@ -455,11 +440,7 @@ class ZShape(_Falling):
     matlab: ClassVar[str] = "zmf"
     title: ClassVar[str] = "Z-shape"
     may_cross: ClassVar[tuple[int, ...]] = (0,)
-
-    @classmethod
-    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
-        a, b = parameters
-        return _s(-x, -b, -a)
+    formula: ClassVar[Formula] = staticmethod(lambda x, a, b: _s(-x, -b, -a))
 
 
 @register
@@ -470,11 +451,7 @@ class PiShape(_FourVertices):
     matlab: ClassVar[str] = "pimf"
     title: ClassVar[str] = "π-shape"
     may_cross: ClassVar[tuple[int, ...]] = (0, 1, 2)
-
-    @classmethod
-    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
-        a, b, c, d = parameters
-        return _s(x, a, b) * _s(-x, -d, -c)
+    formula: ClassVar[Formula] = staticmethod(lambda x, a, b, c, d: _s(x, a, b) * _s(-x, -d, -c))
 
 
 FUNCTIONS: tuple[type[MembershipFunction], ...] = tuple(MATLAB_NAMES.values())  # MATLAB's thirteen

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import MISSING, field, fields
 from functools import partial
 from math import inf, pi
-from numbers import Integral
+from numbers import Integral, Real
 from typing import Any
 
 from fuzzy.errors import InputError, quoted, shortened
@@ -102,7 +102,8 @@ def accepted(metadata: Any) -> str:
 
 def is_number(value: Any) -> bool:
     """Whether ``value`` is a finite real number, of :data:`LARGEST_NUMBER` in size at most."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
+    real = isinstance(value, Real) and not isinstance(value, bool)
+    return real and abs(value) <= LARGEST_NUMBER
 
 
 UNPRINTABLE = "a whole number of more than 3,000 digits"

@@ -154,6 +154,11 @@ class Variable:
         )
 
     @property
+    def span(self) -> float:
+        """The width of the universe of discourse, in ``unit``."""
+        return self.universe[1] - self.universe[0]
+
+    @property
     def midrange(self) -> float:
         """The middle of the universe of discourse."""
         return (self.universe[0] + self.universe[1]) / 2

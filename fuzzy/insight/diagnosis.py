@@ -309,8 +309,7 @@ def _consequents(fis: Sugeno) -> Iterator[Finding]:
 
 
 def _number(value: float, variable: Variable, digits: int = 4) -> str:
-    low, high = variable.universe
-    return shown(value, high - low, digits)
+    return shown(value, variable.span, digits)
 
 
 def _grid(variable: Variable) -> np.ndarray:

@@ -230,5 +230,4 @@ def _strength(firing: float) -> str:
 def _quantity(value: float, variable: Variable) -> str:
     if np.isnan(value):
         return shown(value)
-    low, high = variable.universe
-    return f"{shown(value, high - low)} {variable.unit}".rstrip()
+    return f"{shown(value, variable.span)} {variable.unit}".rstrip()

@@ -20,6 +20,7 @@ from fuzzy.errors import InputError, quoted
 from fuzzy.naming import check_known
 from fuzzy.plugins.designer.columns import LoadedTable, matching
 from fuzzy.plugins.designer.longtask import Report
+from fuzzy.quantity import check_quantities, quantity, whole
 from fuzzy.system import Sugeno
 
 if TYPE_CHECKING:
@@ -70,28 +71,19 @@ class TrainingTask:
     output_units: tuple[str, ...] | None = None
     start: Literal["present", "subtractive", "grid"] = "present"
     present: Sugeno | None = None  # the system to start from, for "present"
-    radius: float = 0.5  # subtractive: of a cluster, as a share of the ranges
-    mfs: int = 3  # grid: terms an input
+    radius: float = quantity(0.5, "1", above=0, most=2, doc="Subtractive: of a cluster, as a share of the ranges.")
+    mfs: int = whole(3, least=2, most=20, doc="Grid: terms an input.")
     method: str = "hybrid"  # a name in anfis.METHODS
-    epochs: int = 60
-    goal: float = 0.0  # RMSE, in the outputs' unit
-    share: float = 0.2  # of the samples, for checking; 0: none
-    seed: int = 0  # of the choice of checking samples
+    epochs: int = whole(60, least=0, most=100_000, doc="Epochs.")
+    goal: float = quantity(0.0, "1", least=0, doc="RMSE, in the outputs' unit.")
+    share: float = quantity(0.2, "1", least=0, most=0.8, doc="Of the samples, for checking; 0: none.")
+    seed: int = whole(0, least=0, most=2**32 - 1, doc="Of the choice of checking samples.")
     name: str = "learnt"
 
     def __post_init__(self) -> None:
         for what, value, known in (("start", self.start, STARTS), ("method", self.method, METHODS)):
             check_known(value, known, what, TrainingTaskError)
-        for what, lowest, highest in (("mfs", 2, 20), ("epochs", 0, 100_000), ("seed", 0, 2**32 - 1)):
-            value = getattr(self, what)
-            if isinstance(value, bool) or not isinstance(value, int) or not lowest <= value <= highest:
-                raise TrainingTaskError(f"{what} must be a whole number >= {lowest} and <= {highest}, got {value!r}")
-        for what, most in (("radius", 2.0), ("share", 0.8), ("goal", 1e300)):
-            value = getattr(self, what)
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not (number and 0 <= value <= most) or (what == "radius" and value == 0):
-                least = ">" if what == "radius" else ">="
-                raise TrainingTaskError(f"{what} must be a number {least} 0 and <= {most:g}, got {value!r}")
+        check_quantities(self, TrainingTaskError)
         if self.start == "present" and self.present is None:
             raise TrainingTaskError("to start from the present system there must be one")
         if not self.inputs or not self.outputs:

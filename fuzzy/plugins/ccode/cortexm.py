@@ -141,7 +141,7 @@ def _equal(fis: Sugeno, files: CFiles, x: np.ndarray, words: list[list[int]]) ->
     y = read_from(np.array(words, dtype=np.uint32).tobytes(), files.number).reshape(len(x), -1)
     _, given = given_in(x, files.number)
     wanted = answers_of(fis, given) if files.lookup is None else files.lookup.answers(fis, given)
-    span = np.array([max(v.universe[1] - v.universe[0], 1e-9) for v in fis.outputs])
+    span = np.array([max(v.span, 1e-9) for v in fis.outputs])
     spread = np.maximum(span, np.nanmax(np.abs(wanted), axis=0))
     rounding = {"double": 1e-12, "float": 1e-4, FIXED_POINT: 1e-3}[files.number]
     return bool((np.abs(y - wanted) <= rounding * spread).all())

@@ -108,7 +108,7 @@ def _floating(plan: CodePlan, lookup: Lookup, kind: Floating) -> str:
     inputs = []
     for variable, n in zip(plan.fis.inputs, lookup.points, strict=True):
         low, high = map(kind.constant, variable.universe)
-        step = kind.constant((n - 1) / (variable.universe[1] - variable.universe[0]))
+        step = kind.constant((n - 1) / variable.span)
         inputs.append({"low": low, "high": high, "step": step})
     return values + _function(plan, lookup, inputs, kind.name, number=kind, zero=kind.constant(0), one=kind.constant(1))
 

@@ -141,7 +141,7 @@ def _differences(fis: Sugeno, x: np.ndarray, wanted: np.ndarray, error: np.ndarr
     for o, variable in enumerate(fis.outputs):
         finite = wanted[known, o][np.isfinite(wanted[known, o])]
         spread = float(np.ptp(finite)) if len(finite) else 0.0
-        span = max(variable.universe[1] - variable.universe[0], spread)
+        span = max(variable.span, spread)
         worst = int(np.argmax(error[:, o]))
         found.append(
             OutputDifference(
@@ -166,7 +166,7 @@ def _error(y: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 def _less_a_digit(fis: Sugeno, x: np.ndarray, y: np.ndarray, error: np.ndarray) -> np.ndarray:
     """The differences in fixed point, where they are large those from the answers one last digit of an input beside."""
-    spans = np.array([v.universe[1] - v.universe[0] for v in fis.outputs])
+    spans = np.array([v.span for v in fis.outputs])
     rows = np.flatnonzero((error > LIMITS[FIXED_POINT] * spans).any(axis=1))
     least = error[rows]
     for step in np.vstack([np.eye(x.shape[1]), -np.eye(x.shape[1])]) / ONE:

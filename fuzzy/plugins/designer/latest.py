@@ -6,13 +6,10 @@ from typing import Any
 
 
 class Latest:
-    """Does ``work()`` whenever it is asked for, once for all wishes that come while it is being done.
+    """Does ``work()`` whenever it is asked for, once for all wishes that come while it is being done."""
 
-    Each time it waits ``pause`` [s] for more wishes before.
-    """
-
-    def __init__(self, work: Callable[[], Awaitable[None]], pause: float = 0.0) -> None:
-        self._work, self._pause = work, pause
+    def __init__(self, work: Callable[[], Awaitable[None]]) -> None:
+        self._work = work
         self._wished = False
         self.task: asyncio.Task[None] | None = None  # done once all wishes are
 
@@ -24,8 +21,6 @@ class Latest:
 
     async def _follow(self) -> None:
         while self._wished:
-            if self._pause:
-                await asyncio.sleep(self._pause)
             self._wished = False
             await self._work()
 

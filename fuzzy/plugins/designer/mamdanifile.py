@@ -45,7 +45,7 @@ def sugeno_forms(path: Path, name: str) -> list[SugenoForm]:
             continue  # what cannot be fitted is not offered
         found = mamdani_difference(original, fis)
         offs = [
-            FormDifference(each.output, v.unit, _span(v.universe), each.greatest, each.root_mean_square, each.points)
+            FormDifference(each.output, v.unit, v.span or 1.0, each.greatest, each.root_mean_square, each.points)
             for each, v in zip(found, fis.outputs, strict=True)
         ]
         forms.append(SugenoForm(fit, tuple(offs)))
@@ -70,7 +70,3 @@ def _fitted(original: "Mamdani", constants: Sugeno, fit: str) -> Sugeno:
     from fuzzy.plugins.mamdani.likeness import fit_to_mamdani
 
     return fit_to_mamdani(original, constants, "planes" if fit == "planes" else "constants") if fit else constants
-
-
-def _span(universe: tuple[float, float]) -> float:
-    return universe[1] - universe[0] or 1.0

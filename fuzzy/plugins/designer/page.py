@@ -56,7 +56,6 @@ from fuzzy.system import Sugeno
 # What makes a zip of a design: (system, name, type of numbers, points of a table) -> bytes
 _C_WRITER = next(iter(entry_points(group="fuzzyfleet.exports", name="c")), None)
 _TYPE_2 = "this is a type-2 system; what tries, trains and tunes a rule base here is for type-1 systems"
-SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 COARSE, FINE = 13, 0.2  # points of a small surface along each axis while one drags, and s until they are fine again
 REST = 0.8  # s after the last edit before the rules are checked: a hand that hesitates goes on before
 _FEW = 50  # rules up to which that takes some hundredths of a second
@@ -138,7 +137,7 @@ class _Page:
         self._checking = Postponed(REST, Latest(self._find_defects).wish)
         self._numbers = itertools.count(1)  # of refusals and of what a link leads to
         # While the page draws one state, those that follow are dropped but for the latest
-        self._showing = Latest(self._show_apart, SOON)
+        self._showing = Latest(self._show_apart)
         self._rested = False  # a change while no browser was connected
         self._sent: Shared | None = None  # the design that stands on the page
         self._name = opened.folder.name(document.path)

@@ -171,10 +171,7 @@ def picture(fis: Sugeno) -> dict[str, Any]:
     Where none changes: ``curves``, the degrees (terms, points) of the first input's terms over its range.
     """
     surfaces = [surface_data(fis, output=j, points=_POINTS) for j in range(len(fis.outputs))]
-    changes = [
-        (s["high"] - s["low"]) / ((v.universe[1] - v.universe[0]) or 1.0)
-        for s, v in zip(surfaces, fis.outputs, strict=True)
-    ]
+    changes = [(s["high"] - s["low"]) / (v.span or 1.0) for s, v in zip(surfaces, fis.outputs, strict=True)]
     most = int(np.argmax(changes))
     if changes[most] > 1e-6 and np.any(surfaces[most]["fired"]):
         return {"surface": small(surfaces[most])}

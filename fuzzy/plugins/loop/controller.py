@@ -6,7 +6,7 @@ rate that the loop integrates: PD has u, PI has du, PID has both (W. Z. Qiao and
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,6 +16,7 @@ from fuzzy.compiled.tables import NUMBERS
 from fuzzy.errors import InputError
 from fuzzy.inference import infer
 from fuzzy.naming import check_known
+from fuzzy.quantity import check_quantities, quantity
 from fuzzy.system import Sugeno
 
 INPUT_ROLES = ("error", "error_rate", "error_sum", "scheduling")
@@ -52,17 +53,14 @@ class Scale:
         LoopError: A factor that is no finite number.
     """
 
-    Ke: float = 1.0
-    Kde: float = 1.0
-    Kie: float = 1.0
-    Ku: float = 1.0
-    Kdu: float = 1.0
+    Ke: float = quantity(1.0, "1")
+    Kde: float = quantity(1.0, "1")
+    Kie: float = quantity(1.0, "1")
+    Ku: float = quantity(1.0, "1")
+    Kdu: float = quantity(1.0, "1")
 
     def __post_init__(self) -> None:
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not np.isfinite(value):
-                raise LoopError(f"{each.name} must be a finite number, got {value!r}").about(each.name)
+        check_quantities(self, LoopError)
 
 
 @dataclass(frozen=True)

@@ -131,7 +131,7 @@ def linearised(fis: Sugeno, at: Any) -> np.ndarray:
     x = np.asarray(at, dtype=float)
     if x.shape != (len(fis.inputs),):
         raise LoopError(f"{fis.name}: the point has {len(fis.inputs)} numbers, got the shape {x.shape}")
-    steps = np.array([_STEP * max(v.universe[1] - v.universe[0], 1e-12) for v in fis.inputs])
+    steps = np.array([_STEP * max(v.span, 1e-12) for v in fis.inputs])
     above, below = (np.asarray(fis(x + sign * np.diag(steps))) for sign in (1.0, -1.0))
     return np.asarray(((above - below) / (2 * steps[:, None])).T)
 

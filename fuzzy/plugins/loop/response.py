@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import partial
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from fuzzy.plugins.loop.controller import PID, LoopController, LoopError, Roles, RuleController, Scale, roles_of
 from fuzzy.plugins.loop.plant import LoopPlant
 from fuzzy.plugins.loop.scheduledplant import Course, along
-from fuzzy.quantity import described
+from fuzzy.quantity import check_quantities, quantity, whole
 from fuzzy.system import Sugeno
 
 MOST_STEPS = 20_000
@@ -28,43 +29,35 @@ class Loop:
     Raises LoopError for a setting that cannot be used.
     """
 
-    reference: float = described("Where the output is to go, from 0.", 1.0)  # in the unit of the plant's output
-    duration: float = described("How long, in s.", 10.0)
-    sample_time: float = described("In s; 0: a 500th of the duration.", 0.0)
+    reference: float = quantity(1.0, "1", doc="Where the output is to go, from 0.")  # in the unit of the plant's output
+    duration: float = quantity(10.0, "s", above=0, doc="How long.")
+    sample_time: float = quantity(0.0, "s", least=0, doc="The sample time; 0: a 500th of the duration.")
     disturbance_time: float = math.inf  # s: the first sample from then on feels it
-    disturbance: float = 0.0  # added to the plant's input, before its dead time
+    disturbance: float = quantity(0.0, "1", doc="Added to the plant's input, before its dead time.")
     low: float = -math.inf  # the actuator's limits
     high: float = math.inf
-    noise: float = described("Standard deviation of the measurement.", 0.0)
-    seed: int = described("The seed of the noise.", 0)
-    rate_filter: float = described("Time constant of a first-order filter of the error's rate, in s.", 0.0)
+    noise: float = quantity(0.0, "1", least=0, doc="Standard deviation of the measurement.")
+    seed: int = whole(0, least=0, doc="The seed of the noise.")
+    rate_filter: float = quantity(0.0, "s", least=0, doc="Time constant of a first-order filter of the error's rate.")
     scale: Scale = field(default_factory=Scale)
     operating: Course | None = None  # the variable that a scheduled plant and rules depend on
 
     def __post_init__(self) -> None:
         if self.operating is not None:
             object.__setattr__(self, "operating", Course.of(self.operating))
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if each.name not in ("scale", "seed", "operating") and (
-                isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or math.isnan(value)
-            ):
-                raise LoopError(f"{each.name} must be a number, got {value!r}").about(each.name)
+        check_quantities(self, LoopError)
+        for name in ("disturbance_time", "low", "high"):  # which may be infinite
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, Real) or math.isnan(value):
+                raise LoopError(f"{name} must be a number, got {value!r}").about(name)
         checks = {
-            "reference": (math.isfinite(self.reference), "a finite number"),
-            "duration": (0 < self.duration < math.inf, "a finite number of seconds > 0"),
-            "sample_time": (0 <= self.sample_time <= self.duration, "from 0 s to the duration"),
+            "sample_time": (self.sample_time <= self.duration, "from 0 s to the duration"),
             "disturbance_time": (self.disturbance_time >= 0, "a number of seconds >= 0"),
-            "disturbance": (math.isfinite(self.disturbance), "a finite number"),
             "high": (self.low < self.high, "above the lower limit"),
-            "noise": (0 <= self.noise < math.inf, "a finite number >= 0"),
-            "rate_filter": (0 <= self.rate_filter < math.inf, "a finite number of seconds >= 0"),
         }
         for name, (fine, wanted) in checks.items():
             if not fine:
                 raise LoopError(f"{name} must be {wanted}, got {getattr(self, name):g}").about(name)
-        if isinstance(self.seed, bool) or not isinstance(self.seed, (int, np.integer)) or self.seed < 0:
-            raise LoopError(f"seed must be a whole number >= 0, got {self.seed!r}").about("seed")
         if self.steps > MOST_STEPS:
             raise LoopError(
                 f"a sample time of {self.period:g} s makes {self.steps} samples of {self.duration:g} s, at most "

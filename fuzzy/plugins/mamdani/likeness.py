@@ -122,7 +122,7 @@ def differences(fis: Sugeno, reference: Callable[[np.ndarray], np.ndarray], x: n
     found = []
     wanted, given = np.asarray(reference(x)), _quiet(fis, x)
     for j, output in enumerate(fis.outputs):
-        span = output.universe[1] - output.universe[0]
+        span = output.span
         both = np.isfinite(wanted[:, j]) & np.isfinite(given[:, j])
         gap = np.abs(given[both, j] - wanted[both, j]) / (span if span > 0 else 1.0)
         if not len(gap):

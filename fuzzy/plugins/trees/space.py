@@ -51,7 +51,7 @@ def tree_space(
     for name, points in zip(fis.order, asked, strict=True):
         part, reach = fis.systems[name], None
         if points is not None:
-            spans = [known.get(f"{name}/{v.name}", v.universe[1] - v.universe[0]) for v in part.outputs]
+            spans = [known.get(f"{name}/{v.name}", v.span) for v in part.outputs]
             reach = reach_of(part, points, np.array(spans))
         taken = [v.name for v in part.outputs if f"{name}/{v.name}" not in known]  # by other systems' universes
         spaces.append(SystemSpace(part, move or MOVED, symmetric, f"{name}/", reach, taken))

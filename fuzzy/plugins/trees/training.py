@@ -130,16 +130,12 @@ def _terms(tree: Tree) -> Iterator[tuple[Sugeno, Variable, Any]]:
 def _scales(tree: Tree) -> Iterator[float]:
     """By what a step of each number is measured."""
     for fis, variable, term in _terms(tree):
-        span = _span(variable)
+        span = variable.span or 1.0
         if isinstance(term, MembershipFunction):
             yield from ({"slope": 1 / span, "shape": 1.0}.get(role, span) for role in term.roles)
         else:
-            yield from [span / _span(v) for v in fis.inputs if isinstance(term, Linear)]
+            yield from [span / (v.span or 1.0) for v in fis.inputs if isinstance(term, Linear)]
             yield span
-
-
-def _span(variable: Variable) -> float:
-    return variable.universe[1] - variable.universe[0] or 1.0
 
 
 def _legal(tree: Tree, numbers: np.ndarray, start: np.ndarray) -> np.ndarray:
@@ -152,7 +148,8 @@ def _legal(tree: Tree, numbers: np.ndarray, start: np.ndarray) -> np.ndarray:
             for group in map(list, type(term).ascending()):
                 values[group] = np.sort(values[group])
             for k in [k for k, role in enumerate(term.roles) if role == "width"]:
-                values[k] = np.sign(first[k]) * max(np.sign(first[k]) * values[k], _LEAST_WIDTH * _span(variable))
+                least = _LEAST_WIDTH * (variable.span or 1.0)
+                values[k] = np.sign(first[k]) * max(np.sign(first[k]) * values[k], least)
     return numbers
 
 

@@ -35,7 +35,7 @@ def explain_type2(fis: Type2Sugeno, x: Any) -> Explanation:
         found = fis.infer(told.x)
     takes_part = fis.upper.structure.consequent.T >= 0  # (rules, outputs), as all below
     least, most, proposed = found.lower[:, None], found.upper[:, None], found.rule_outputs
-    near = _NEAR * np.array([v.universe[1] - v.universe[0] for v in fis.outputs])
+    near = _NEAR * np.array([v.span for v in fis.outputs])
     if fis.reduction == "nietan":
         ends = [(least + most) / 2]
     else:

@@ -119,7 +119,7 @@ def _first(last, points, lengths, apart, first):  # type: ignore[no-untyped-def]
                         first[r, i, j] = True  # i starts in j's way
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def next_meeting(last, peaks, place, others, room, i, j):  # type: ignore[no-untyped-def]
     """The next meeting of robot i, at ``place`` [m], with j.
 
@@ -199,7 +199,7 @@ def _line(last, others, room, i, here, found, cells):  # type: ignore[no-untyped
     return line
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def off_the_way(way, place, x, y, reach):  # type: ignore[no-untyped-def]
     """The distance [m] of (x, y) from the next ``reach`` cells of a path behind ``place`` [m].
 

@@ -8,7 +8,7 @@ import numpy as np
 from fuzzy.compiled.columns import Columns
 from robotics.laws.equation import EquationLaw
 from robotics.laws.rules.evaluation import RuleBase
-from robotics.laws.rules.perception import TeamMessage, asking, work_for
+from robotics.laws.rules.perception import OtherColumns, TeamMessage, asking
 from robotics.laws.rules.situation import RecallColumns, recall_at_start, team_rows
 from robotics.laws.setting import Setting
 from robotics.world.sensing.carried import sensor_names
@@ -50,7 +50,7 @@ class Perceiving(EquationLaw):
 
     def working_for(self, robots: int, sensors: int) -> int:
         """Room for the sensors and for the other robots, too."""
-        return self.working + work_for(robots, sensors)
+        return self.working + sensors + robots * (1 + OtherColumns.size)
 
     def tables(self, setting: Setting) -> np.ndarray:
         """What the robots know before the start."""

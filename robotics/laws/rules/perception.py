@@ -176,11 +176,6 @@ def asking(names: set[str], period: float, readings: int, ahead: float = 0.0) ->
     return asked | {"ahead": ahead, "smoothing": share_of(SMOOTH_TIME, period), "readings": readings}
 
 
-def work_for(robots: int, sensors: int) -> int:
-    """How many numbers a robot works in for its sensors and the others."""
-    return sensors + robots * (1 + OtherColumns.size)
-
-
 # In a period -------------------------------------------------------------------------------------------------------
 
 
@@ -333,7 +328,7 @@ def _unknown(other):  # type: ignore[no-untyped-def]
     other.bearing, other.closing, other.place = np.nan, np.nan, np.nan
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def _goes_first(head, table, robots, place, other, i, j):  # type: ignore[no-untyped-def]
     """1 where robot i goes before j, -1 where j does: by the plan, the ends of the paths, or their numbers."""
     first = int(head.first)

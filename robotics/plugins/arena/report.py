@@ -265,10 +265,10 @@ def _costs(outcome: Outcome) -> Chapter:
     unit, means, order = outcome.titles[outcome.reference], outcome.term_means("tuned"), outcome.order
 
     def ratios(k: int) -> Iterator[str]:
-        yield from (_interval(found[k]) for found in (outcome.published_ratio, outcome.tuned_ratio))
-        yield _interval(outcome.closed[k], 100, " %")
-        yield from (_interval(found[k]) for found in (outcome.pooled, outcome.tail))
-        yield _interval(outcome.failures[k], 100, " %")
+        yield from (interval_cell(found[k]) for found in (outcome.published_ratio, outcome.tuned_ratio))
+        yield interval_cell(outcome.closed[k], 100, " %")
+        yield from (interval_cell(found[k]) for found in (outcome.pooled, outcome.tail))
+        yield interval_cell(outcome.failures[k], 100, " %")
 
     metrics = [ALL_METRICS[term.metric] for term in outcome.arena.made_cost.terms]
     head = [*(f"{metric.title} [{metric.unit}]" for metric in metrics), "Mean cost"]
@@ -299,7 +299,7 @@ def _conditions(outcome: Outcome) -> Chapter:
 
 def _cell(cells: Cells, row: list[int], parts: Knowledge) -> str:
     found = [k for k in row if cells.knowledge[k] == parts]
-    return _interval(cells.of.cost[found[0]]) if found else ""
+    return interval_cell(cells.of.cost[found[0]]) if found else ""
 
 
 def panels(outcome: Outcome) -> list[figures.ConditionPanel]:
@@ -367,7 +367,8 @@ def _number(value: float) -> str:
     return "fails" if np.isinf(value) else f"{value:.3g}"
 
 
-def _interval(found: Interval, factor: float = 1.0, unit: str = "") -> str:
+def interval_cell(found: Interval, factor: float = 1.0, unit: str = "") -> str:
+    """One number, ``factor`` times what was ``found``, with the ends of its interval; a dash where it is not known."""
     value, low, high = (factor * float(v) for v in (found.value, found.low, found.high))
     if not np.isfinite(value):
         return _number(value)

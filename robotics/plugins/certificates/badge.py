@@ -27,11 +27,6 @@ class LoopBadge:
     found: LoopCertificate | StateCertificate | None
     why: str  # empty: it is certified
 
-    @property
-    def certified(self) -> bool:
-        """Whether there is a region that nothing leaves."""
-        return self.found is not None
-
 
 def badge(law: Sugeno | str, robot: Robot, model: LoopModel | None = None) -> LoopBadge:
     """Certify a rule base, or a law by its specification, in a small region; or say what is in the way."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.naming import check_known, expected
-from fuzzy.quantity import check_quantities, quantity
+from fuzzy.quantity import check_quantities, quantity, whole
 from fuzzy.system import Sugeno
 from robotics.laws.catalogue import preset_of, presets
 from robotics.laws.equation import EquationLaw
@@ -44,6 +44,7 @@ from robotics.studies.tuning.cost import Cost, Term
 from robotics.world.environment.world import outlines
 
 _POINTS = 600  # points of a path that is drawn, at most
+_FRAMES = 1001  # of a run that is played, at most: more than a line over time has pixels
 _MOVES = 0.05  # m/s: a robot that is slower stands
 _TOLD = ("contacts", "min_clearance_m", "arrival_time_s")  # metrics of which more is made than a number in the table
 _IN_PYTHON = re.compile(r" \((?:no_rule_fires|out_of_range) = [^)]*\)$")  # how Python chooses, in a warning
@@ -61,10 +62,10 @@ class TryoutTrial:
     law: str = ""  # a name of the catalogue
     task: str = ""  # of that law, whose rule base is replaced
     look_ahead: float = quantity(0.4, "s", least=0, most=10)  # of a single robot's tracking law
-    seed: int = 0
+    seed: int = whole(0, least=0, most=2**32 - 1, doc="Of all noise.")
     robot: str = ""  # as the scenario says; or one of the package, or the name of the file that holds ``robot_text``
     robot_text: str | None = None  # of a robot file of one's own
-    robot_of: int = 0  # the robot that is another, from 1; 0: all of them
+    robot_of: int = whole(0, least=0, doc="The robot that is another, from 1; 0: all of them.")
     folder: str = ""  # the opened one, where the files are that a scenario's file names
     noise: bool = True  # see robotics.plugins.designer.conditions.exact
     given: str = ""  # to every law that can use it, of robotics.plugins.designer.conditions.GIVEN_TO_LAWS
@@ -72,10 +73,6 @@ class TryoutTrial:
 
     def __post_init__(self) -> None:
         check_quantities(self, TryoutError)
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or not 0 <= self.seed < 2**32:
-            raise TryoutError(f"seed must be a whole number >= 0, got {self.seed!r}")
-        if isinstance(self.robot_of, bool) or not isinstance(self.robot_of, int) or self.robot_of < 0:
-            raise TryoutError(f"robot_of must be the number of a robot, or 0 for all; got {self.robot_of!r}")
         if not isinstance(self.noise, bool):
             raise TryoutError(f"noise must be true or false, got {self.noise!r}")
         for name in ("scenario", "law", "task", "robot", "folder", "given"):
@@ -390,7 +387,8 @@ def shown(attempt: Attempt, label: str, cost: Cost | None = None) -> dict[str, A
     data = {"label": label, "warned": list(attempt.warned), "notes": list(attempt.notes)}
     data |= seed_data(run, measured, attempt.divergence, cost=cost)
     if run.about.kind != "tracking" or can_touch(run):
-        return data | {"verdict": _verdict(run, measured), "moment": _moment(run), "player": player_data(run)}
+        played = player_data(run, frames=_FRAMES)
+        return data | {"verdict": _verdict(run, measured), "moment": _moment(run), "player": played}
     return data | path_data(run, len(run.time)) | {"motion": motion_curves(run)}
 
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.shown import shown
-from robotics.plugins.identify.calibration import Calibration, calibrated
+from robotics.plugins.identify.calibration import calibrated
 from robotics.plugins.identify.fit import Ends, MotionFit, fit_motion
 from robotics.plugins.identify.model import COORDINATE_NAMES, COORDINATES
 from robotics.plugins.identify.noise import Whiteness, counts_per_turn, deviation, whiteness
@@ -89,7 +89,6 @@ class Identified:
         model: The robot by its data sheet.
         signals: What was read of the log.
         motion: The fit.
-        calibration: Of wheels and axle; None: the log does not tell them.
         numbers: All numbers, in the order in which they are shown.
         whiteness: Of the residuals of v and of ω.
         prediction: RMS errors of 5 s predicted by commands alone: "v" [m/s], "w" [rad/s], "way" [m].
@@ -100,7 +99,6 @@ class Identified:
     model: RobotModel
     signals: Signals
     motion: MotionFit
-    calibration: Calibration | None
     numbers: tuple[Number, ...]
     whiteness: tuple[Whiteness, Whiteness]
     prediction: dict[str, float]
@@ -150,9 +148,7 @@ def identify(signals: Signals, model: RobotModel, seed: int = 0) -> Identified:
         rounded = float(np.std(motion.residuals[k])) < rounding * (1 if k == 0 else 2 / base.half_axle)
         sentences.append(_said_of(tests[k], name, rounded))
     advice = _advice(numbers, signals, calibration is None)
-    return Identified(
-        model, signals, motion, calibration, tuple(numbers), tests, _predicted(motion), tuple(sentences), advice
-    )
+    return Identified(model, signals, motion, tuple(numbers), tests, _predicted(motion), tuple(sentences), advice)
 
 
 def _number(name: str, motion: MotionFit, signals: Signals) -> Number:
@@ -225,12 +221,11 @@ def _predicted(motion: MotionFit) -> dict[str, float]:
     """RMS errors over 5 s ahead: of the velocities, and of the way (m) between the ends of both tracks."""
     period = float(np.median(np.diff(motion.time)))
     steps = max(1, round(_AHEAD / period))
-    wrong = []
-    for k in range(0, len(motion.time) - steps, max(1, steps // 2)):
-        if motion.time[k + steps] - motion.time[k] < 1.2 * _AHEAD:
-            wrong.append(
-                _end(motion.modelled[:, k : k + steps], period) - _end(motion.measured[:, k : k + steps], period)
-            )
+    wrong = [
+        _end(motion.modelled[:, k : k + steps], period) - _end(motion.measured[:, k : k + steps], period)
+        for k in range(0, len(motion.time) - steps, max(1, steps // 2))
+        if motion.time[k + steps] - motion.time[k] < 1.2 * _AHEAD
+    ]
     rms = np.sqrt((motion.residuals**2).mean(axis=1))
     way = float(np.sqrt((np.abs(np.array(wrong)) ** 2).mean())) if wrong else float("nan")
     return {"v": float(rms[0]), "w": float(rms[1]), "way": way}

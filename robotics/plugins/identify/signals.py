@@ -18,7 +18,7 @@ from fuzzy.files.table import TableText, open_table
 from fuzzy.naming import expected
 from fuzzy.words import listed
 from robotics.plugins.logs.bag import Bag, opened
-from robotics.plugins.logs.drive import Commands, heading_of, read_drive
+from robotics.plugins.logs.drive import Commands, heading_of, read_drive, stamp_of
 from robotics.plugins.logs.typestore import DEFAULT_DISTRIBUTION
 from robotics.world.vehicle.robot import Robot
 
@@ -175,15 +175,10 @@ def _from_zero(signals: Signals) -> Signals:
 # Topics -----------------------------------------------------------------------------------------------------------
 
 
-def _stamp(message: Any) -> float:
-    stamp = message.header.stamp
-    return float(stamp.sec) + stamp.nanosec / 1e9
-
-
 def _check_clock(bag: Bag, name: str, log: str) -> None:
     """Raise IdentifyError where the stamps of a topic jump back in the order in which it was written."""
     topic = next(each for each in bag.topics if each.name == name)
-    read = bag.read(topic, lambda m: _stamp(m) if hasattr(m, "header") else 0.0)
+    read = bag.read(topic, lambda m: stamp_of(m.header) if hasattr(m, "header") else 0.0)
     stamps = np.array(read.rows)
     _refuse_jump(stamps if (stamps > 0).any() else read.arrival, f"{log}: {name}", "message", np.arange(len(stamps)))
 
@@ -222,7 +217,7 @@ def _poses(bag: Bag, name: str) -> Poses:
 
     def row(message: Any) -> tuple[float, ...]:
         at, turn = take(message).position, take(message).orientation
-        return _stamp(message), at.x, at.y, heading_of(turn)
+        return stamp_of(message.header), at.x, at.y, heading_of(turn)
 
     time, x, y, heading = _ordered(bag.read(topic, row).rows, 4)
     return Poses(time, x, y, np.unwrap(heading))
@@ -230,7 +225,7 @@ def _poses(bag: Bag, name: str) -> Poses:
 
 def _yaw(bag: Bag, name: str) -> YawRates:
     topic = _topic_of(bag, name, ("sensor_msgs/Imu",))
-    return YawRates(*_ordered(bag.read(topic, lambda m: (_stamp(m), m.angular_velocity.z)).rows, 2))
+    return YawRates(*_ordered(bag.read(topic, lambda m: (stamp_of(m.header), m.angular_velocity.z)).rows, 2))
 
 
 def _ordered(rows: Any, width: int) -> np.ndarray:

@@ -98,7 +98,7 @@ class Round(Fitted):
     @property
     def of_the_range(self) -> float:
         """The difference from the teacher in the states that it met, as a share of the outputs' ranges."""
-        spans = np.array([v.universe[1] - v.universe[0] for v in self.system.outputs])
+        spans = np.array([v.span for v in self.system.outputs])
         return float(np.sqrt(np.mean((self.met / spans) ** 2)))
 
 
@@ -234,7 +234,7 @@ def most_lost(found: Imitation) -> Lost | None:
     checked = found.samples.where(np.isin(found.samples.seed, lesson.checking))
     if lesson.of_pairs:
         return None
-    spans = [v.universe[1] - v.universe[0] for v in system.outputs]
+    spans = [v.span for v in system.outputs]
     squares = np.sum(((_said(system, checked.known) - checked.said[checked.moment]) / spans) ** 2, axis=1)
     parts = []
     for name, values in zip(lesson.inputs, checked.known.T, strict=True):

@@ -206,7 +206,8 @@ def _topic(
 # What the messages hold -------------------------------------------------------------------------------------------
 
 
-def _stamp(header: Any) -> float:
+def stamp_of(header: Any) -> float:
+    """When a message was stamped [s]."""
     return float(header.stamp.sec) + header.stamp.nanosec / 1e9
 
 
@@ -218,7 +219,7 @@ def heading_of(turn: Any) -> float:
 def _odometry(message: Any) -> tuple[Any, ...]:
     pose, twist = message.pose.pose, message.twist.twist
     at = pose.position.x, pose.position.y, heading_of(pose.orientation)
-    return _stamp(message.header), *at, twist.linear.x, twist.angular.z, message.header.frame_id
+    return stamp_of(message.header), *at, twist.linear.x, twist.angular.z, message.header.frame_id
 
 
 def _track(bag: Bag, topic: Topic) -> tuple[Track, str, float, str]:
@@ -257,7 +258,7 @@ def _commands(bag: Bag, topic: Topic, shift: float) -> tuple[Commands, str]:
 
     def row(message: Any) -> tuple[float, ...]:
         twist = message.twist if stamped else message
-        return _stamp(message.header) if stamped else 0.0, twist.linear.x, twist.angular.z
+        return stamp_of(message.header) if stamped else 0.0, twist.linear.x, twist.angular.z
 
     read = bag.read(topic, row)
     table = np.array(read.rows, dtype=float).reshape(-1, 3)
@@ -271,10 +272,10 @@ def _plans(bag: Bag, topic: Topic, frame: str, shift: float) -> tuple[Track | No
 
     def row(message: Any) -> tuple[float, str, np.ndarray]:
         poses = [
-            (_stamp(p.header), p.pose.position.x, p.pose.position.y, heading_of(p.pose.orientation))
+            (stamp_of(p.header), p.pose.position.x, p.pose.position.y, heading_of(p.pose.orientation))
             for p in message.poses
         ]
-        return _stamp(message.header), message.header.frame_id, np.array(poses, dtype=float).reshape(-1, 4)
+        return stamp_of(message.header), message.header.frame_id, np.array(poses, dtype=float).reshape(-1, 4)
 
     read = bag.read(topic, row)
     times, _, clock = _times(read, np.array([stamp for stamp, _, _ in read.rows]), shift)
@@ -315,7 +316,7 @@ def _mover(bag: Bag, name: str, frame: str, wanted: str) -> Callable[[np.ndarray
                 for one in transforms:
                     pair = one.header.frame_id.strip("/"), one.child_frame_id.strip("/")
                     at, turn = one.transform.translation, heading_of(one.transform.rotation)
-                    time = _stamp(one.header) or arrival
+                    time = stamp_of(one.header) or arrival
                     if pair == (frame, wanted):
                         rows.append((time, at.x, at.y, turn))
                     elif pair == (wanted, frame):

@@ -49,6 +49,7 @@ SHORTEST, SHORTEST_SHARE = 2.0, 0.5  # of that line: m, and of the field's mean 
 SPEED = 0.22  # m/s: mean speed on the longest path
 _PATHS = 400  # drawn for each robot of a team, at most
 _DRAWS = 64  # paths for each robot whose numbers are drawn at a time
+_TOGETHER = 32  # crossings that one thread draws at a time
 
 
 def crossing_ensemble(
@@ -74,12 +75,14 @@ def crossing_ensemble(
     """
     told = Periods(len(seeds), 1, advance)
 
-    def draw(seed: int) -> list[np.ndarray]:
-        drawn = random_crossing(robots, np.random.default_rng([seed, CROSSING_STREAM]), kind)
-        told(1)
+    def draw(some: Sequence[int]) -> list[list[np.ndarray]]:
+        generators = [np.random.default_rng([seed, CROSSING_STREAM]) for seed in some]
+        drawn = random_crossings(robots, generators, kind)
+        told(len(some))
         return drawn
 
-    drawn = share_out(draw, seeds, threads_for(None))
+    parts = [seeds[first : first + _TOGETHER] for first in range(0, len(seeds), _TOGETHER)]
+    drawn = [one for part in share_out(draw, parts, threads_for(None)) for one in part]
     name, across = f"crossing-{robots}-{kind}", float(np.hypot(*_field(robots)))
     return drawn_ensemble(name, drawn, factor or StressOutcome.limit, across, disturbance, robot)
 
@@ -110,9 +113,10 @@ def drawn_ensemble(
         robot: What they are, by default the EtsRo, for which they were drawn.
     """
     model, grown = robot or standard_robot(), growth(robot)
-    drawn = [[_grown(table, grown) for table in tables] for tables in drawn]
+    if grown != 1:
+        drawn = [[_grown(table, grown) for table in tables] for tables in drawn]
     paths, robots = join_tables(drawn), len(drawn[0])
-    durations = paths.lengths.max(axis=1) / speed_of(model)
+    durations = paths.lengths.max(axis=1) / min(SPEED, 0.5 * model.robot.v_max, 0.5 * model.robot.wheel_speed_limit)
     starts = np.array([[t[:3, 0] for t in tables] for tables in drawn])
     shared = Member(
         start=(0.0, 0.0, 0.0),
@@ -133,11 +137,6 @@ def drawn_ensemble(
     return replace(scenario.setting, starts=starts, references=even_timing(paths, durations), divergence=far)
 
 
-def speed_of(robot: RobotModel) -> float:
-    """The mean speed [m/s] of such a robot on the longest path."""
-    return min(SPEED, 0.5 * robot.robot.v_max, 0.5 * robot.robot.wheel_speed_limit)
-
-
 def _grown(table: np.ndarray, factor: float) -> np.ndarray:
     """The ``table`` of a path that is ``factor`` times as large."""
     grown = np.array(table)
@@ -146,21 +145,28 @@ def _grown(table: np.ndarray, factor: float) -> np.ndarray:
     return grown
 
 
-def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B"] = "A") -> list[np.ndarray]:
-    """The tables of the paths of one crossing, one for each robot.
+def random_crossings(
+    robots: int, generators: Sequence[np.random.Generator], kind: Literal["A", "B"] = "A"
+) -> list[list[np.ndarray]]:
+    """The tables of the paths of crossings, for each one for each robot.
 
     Args:
         robots: Number of robots.
-        rng: The generator from which the crossing is drawn; from it more numbers are taken than the crossing needs.
-        kind: Class of the crossing, "A" or "B".
+        generators: Those from which each crossing is drawn; of each more numbers are taken than the crossing needs.
+        kind: Class of the crossings, "A" or "B".
     """
-    field = _field(robots)
-    draws = rng.random((_DRAWS * robots, 6))
-    while True:
-        chosen = _chosen(draws, robots, *field, kind == "A")
-        if len(chosen):
-            return [tabulated(shape) for shape in _shapes(draws[chosen], field)]
-        draws = np.concatenate([draws, rng.random(draws.shape)])
+    field, clear = _field(robots), kind == "A"
+    draws = np.stack([rng.random((_DRAWS * robots, 6)) for rng in generators])
+    chosen = _chosen(draws, robots, *field, clear)
+    paths = draws[np.arange(len(draws))[:, None], chosen]
+    for n in np.flatnonzero(chosen[:, 0] < 0).tolist():
+        more, where = draws[n], chosen[n]
+        while where[0] < 0:
+            more = np.concatenate([more, generators[n].random(more.shape)])
+            (where,) = _chosen(more[None], robots, *field, clear)
+        paths[n] = more[where]
+    tables = tabulated(_shapes(paths.reshape(-1, 6), field))
+    return [tables[first : first + robots] for first in range(0, len(tables), robots)]
 
 
 def _field(robots: int) -> np.ndarray:
@@ -176,25 +182,40 @@ def _shapes(draws: np.ndarray, field: np.ndarray) -> np.ndarray:
     courses = np.arctan2(gap[:, 1], gap[:, 0])[:, None] + (-_BEND + 2 * _BEND * draws[:, 4:])
     tangents = reach[:, None, None] * np.stack([np.cos(courses), np.sin(courses)], axis=1)
     shapes = np.empty((len(draws), 2, 5))
-    for shape, a, b, tangent in zip(shapes, start, end, tangents, strict=True):
-        for axis in range(2):
-            fill(shape[axis], a[axis], b[axis], *tangent[axis])
+    _fill_in(shapes, start, end, tangents)
     return shapes
 
 
 @kernel(nogil=True)
+def _fill_in(shapes, starts, ends, tangents):  # type: ignore[no-untyped-def]
+    for n in range(len(shapes)):
+        for axis in range(2):
+            fill(shapes[n, axis], starts[n, axis], ends[n, axis], tangents[n, axis, 0], tangents[n, axis, 1])
+
+
+@kernel(nogil=True)
 def _chosen(draws, robots, width, height, clear):  # type: ignore[no-untyped-def]
-    """Which of the paths that uniform numbers make are the first crossing; none of them if there is none.
+    """Which of the paths that uniform numbers make are the first crossing (crossings, robots); -1 if there is none.
 
     Args:
-        draws: The numbers (paths, 6).
+        draws: The numbers (crossings, paths, 6).
         robots: Number of robots.
         width: Of the field [m].
         height: Of the field [m].
         clear: Whether ends are clear of the other paths, or only apart.
     """
-    shape, points, chosen = np.empty((2, 5)), np.empty((robots, SAMPLES, 2)), np.empty(robots, dtype=np.int64)
-    number = tried = 0
+    shape, points = np.empty((2, 5)), np.empty((robots, SAMPLES, 2))
+    chosen = np.empty((len(draws), robots), dtype=np.int64)
+    for c in range(len(draws)):
+        if not _choose(draws[c], width, height, clear, shape, points, chosen[c]):
+            chosen[c] = -1
+    return chosen
+
+
+@kernel
+def _choose(draws, width, height, clear, shape, points, chosen):  # type: ignore[no-untyped-def]
+    """Fill in which paths are the first crossing, and return whether there is one."""
+    robots, number, tried = len(chosen), 0, 0
     for n in range(len(draws)):
         if _draw(draws[n], width, height, shape) and sampled_evenly(shape, points[number]):
             fits = True
@@ -205,10 +226,10 @@ def _chosen(draws, robots, width, height, clear):  # type: ignore[no-untyped-def
             number += fits
         tried += 1
         if number == robots and in_conflict(points):
-            return chosen
+            return True
         if number == robots or tried == _PATHS * robots:  # another team
             number = tried = 0
-    return chosen[:0]
+    return False
 
 
 @kernel

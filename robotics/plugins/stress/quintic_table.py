@@ -1,6 +1,7 @@
 """Tables of quintic paths, made quickly: for thousands of random paths."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -17,17 +18,19 @@ def quintic_table(shape: Quintic) -> np.ndarray:
 
     :func:`robotics.world.paths.path.compile_path` is slower and more exact.
     """
-    return tabulated(coefficients(shape))
+    return tabulated(coefficients(shape)[None])[0]
 
 
-def tabulated(shape: np.ndarray) -> np.ndarray:
-    """:func:`quintic_table` of a quintic by its :func:`coefficients`."""
-    table, (dx, dy, cross) = _measured(shape)
-    nodes = PathColumns(table)
+def tabulated(shapes: np.ndarray) -> list[np.ndarray]:
+    """The tables of :func:`quintic_table` of quintics by their :func:`coefficients` (quintics, 2, 5)."""
+    speed, measured = _measured(shapes)
+    ends = np.cumsum(np.maximum(32, np.ceil(measured[:, -1] / _SPACING)).astype(np.int64) + 1)
+    found, (dx, dy, cross) = np.empty(_ROWS * ends[-1]), np.empty((3, ends[-1]))
+    _place_nodes(shapes, speed, measured, ends, found, dx, dy, cross)
     # By numpy, not in the compiled function: their last bits are others, and crossings shall stay what they were.
-    _unwrapped(np.arctan2(dy, dx), nodes.heading)
-    nodes.curvature = cross / np.hypot(dx, dy) ** 3
-    return np.asarray(table)
+    _finish(ends, np.arctan2(dy, dx), cross / np.hypot(dx, dy) ** 3, found)
+    spans = pairwise([0, *(_ROWS * ends).tolist()])
+    return [found[first:end].reshape(_ROWS, -1) for first, end in spans]
 
 
 def coefficients(shape: Quintic) -> np.ndarray:
@@ -69,39 +72,54 @@ def bend(row, u):  # type: ignore[no-untyped-def]
 
 
 @kernel(nogil=True)
-def _measured(shape):  # type: ignore[no-untyped-def]
-    """Tables of places at equal shares of the length (PathColumns, nodes), without heading and curvature, and of p' and
-    p' × p'' (3, nodes)."""
-    x, y = shape[0], shape[1]
+def _measured(shapes):  # type: ignore[no-untyped-def]
+    """|p'| at equal steps of the parameter, and the length up to there, both (quintics, _CELLS + 1)."""
     h = 1 / _CELLS
-    speed, measured = np.empty(_CELLS + 1), np.empty(_CELLS + 1)
-    for k in range(_CELLS + 1):
-        speed[k] = math.hypot(slope(x, _node(k)), slope(y, _node(k)))
-    # Simpson's rule over pairs of steps, and its half-step form between
-    measured[0] = 0.0
-    for k in range(0, _CELLS, 2):
-        a, b, c = speed[k], speed[k + 1], speed[k + 2]
-        measured[k + 1] = measured[k] + h / 12 * (5 * a + 8 * b - c)
-        measured[k + 2] = measured[k + 1] + h / 12 * (-a + 8 * b + 5 * c)
-    length = measured[_CELLS]
-    cells = max(32, math.ceil(length / _SPACING))
-    found, bends = np.empty((_ROWS, cells + 1)), np.empty((3, cells + 1))
-    k = 0
-    for n in range(cells + 1):
-        s = n * (length / cells) if n < cells else length
-        while k < _CELLS - 1 and measured[k + 1] <= s:
-            k += 1
-        u = (_node(k + 1) - _node(k)) / (measured[k + 1] - measured[k]) * (s - measured[k]) + _node(k)
-        for _ in range(2):  # Newton, the speed taken linearly between the samples
-            c = min(max(int(u / h), 0), _CELLS - 1)
-            t = u - _node(c)
-            here = measured[c] + t * (speed[c] + (speed[c + 1] - speed[c]) * t / (2 * h))
-            u = min(max(u + (s - here) / _speed_at(speed, c, u), 0.0), 1.0)
-        dx, dy = slope(x, u), slope(y, u)
-        node = PathColumns(found, n)
-        node.x, node.y, node.u = place(x, u), place(y, u), u
-        bends[0, n], bends[1, n], bends[2, n] = dx, dy, dx * bend(y, u) - dy * bend(x, u)
-    return found, bends
+    speeds, lengths = np.empty((len(shapes), _CELLS + 1)), np.empty((len(shapes), _CELLS + 1))
+    for n in range(len(shapes)):
+        x, y, speed, measured = shapes[n, 0], shapes[n, 1], speeds[n], lengths[n]
+        for k in range(_CELLS + 1):
+            speed[k] = math.hypot(slope(x, _node(k)), slope(y, _node(k)))
+        # Simpson's rule over pairs of steps, and its half-step form between
+        measured[0] = 0.0
+        for k in range(0, _CELLS, 2):
+            a, b, c = speed[k], speed[k + 1], speed[k + 2]
+            measured[k + 1] = measured[k] + h / 12 * (5 * a + 8 * b - c)
+            measured[k + 2] = measured[k + 1] + h / 12 * (-a + 8 * b + 5 * c)
+    return speeds, lengths
+
+
+@kernel(nogil=True)
+def _place_nodes(shapes, speeds, lengths, ends, found, slopes_x, slopes_y, cross):  # type: ignore[no-untyped-def]
+    """Fill in the places at equal shares of the length, and of them p' and p' × p'' (nodes of all,).
+
+    ``ends`` are where the nodes of each end; the tables are one after the other in ``found``.
+    """
+    h, first = 1 / _CELLS, 0
+    for n in range(len(shapes)):
+        x, y, speed, measured = shapes[n, 0], shapes[n, 1], speeds[n], lengths[n]
+        table, length, cells, k = _table(found, first, ends[n]), measured[_CELLS], ends[n] - first - 1, 0
+        for m in range(cells + 1):
+            s = m * (length / cells) if m < cells else length
+            while k < _CELLS - 1 and measured[k + 1] <= s:
+                k += 1
+            u = (_node(k + 1) - _node(k)) / (measured[k + 1] - measured[k]) * (s - measured[k]) + _node(k)
+            for _ in range(2):  # Newton, the speed taken linearly between the samples
+                c = min(max(int(u / h), 0), _CELLS - 1)
+                t = u - _node(c)
+                here = measured[c] + t * (speed[c] + (speed[c + 1] - speed[c]) * t / (2 * h))
+                u = min(max(u + (s - here) / _speed_at(speed, c, u), 0.0), 1.0)
+            dx, dy = slope(x, u), slope(y, u)
+            node = PathColumns(table, m)
+            node.x, node.y, node.u = place(x, u), place(y, u), u
+            slopes_x[first + m], slopes_y[first + m] = dx, dy
+            cross[first + m] = dx * bend(y, u) - dy * bend(x, u)
+        first = ends[n]
+
+
+@kernel
+def _table(found, first, end):  # type: ignore[no-untyped-def]
+    return found[_ROWS * first : _ROWS * end].reshape((_ROWS, end - first))
 
 
 @kernel
@@ -122,13 +140,17 @@ def _speed_at(speed, k, u):  # type: ignore[no-untyped-def]
 
 
 @kernel(nogil=True)
-def _unwrapped(angles, out):  # type: ignore[no-untyped-def]
-    """``angles`` [rad] as numpy.unwrap makes them continuous."""
-    turns = 0.0
-    out[0] = angles[0]
-    for k in range(1, len(angles)):
-        step = angles[k] - angles[k - 1]
-        if abs(step) >= math.pi:
-            rest = (step + math.pi) % (2 * math.pi) - math.pi
-            turns += (math.pi if rest == -math.pi and step > 0 else rest) - step
-        out[k] = angles[k] + turns
+def _finish(ends, angles, curvatures, found):  # type: ignore[no-untyped-def]
+    """Fill in the headings, ``angles`` [rad] as numpy.unwrap makes them continuous, and the ``curvatures`` [1/m]."""
+    first = 0
+    for end in ends:
+        nodes, turns = PathColumns(_table(found, first, end)), 0.0
+        nodes.heading[0] = angles[first]
+        for k in range(1, end - first):
+            step = angles[first + k] - angles[first + k - 1]
+            if abs(step) >= math.pi:
+                rest = (step + math.pi) % (2 * math.pi) - math.pi
+                turns += (math.pi if rest == -math.pi and step > 0 else rest) - step
+            nodes.heading[k] = angles[first + k] + turns
+        nodes.curvature[:] = curvatures[first:end]
+        first = end

@@ -99,12 +99,7 @@ def knowledge_of(law: Law[Any]) -> str:
     A law that plans before the start knows all paths and their timing; one that broadcasts knows what others tell, with
     loss and latency, and what its sensors see; any other knows what its sensors see, or nothing.
     """
-    return CLASSES[2] if law_plans(law) else CLASSES[1] if law.message else CLASSES[0]
-
-
-def law_plans(law: Law[Any]) -> bool:
-    """Whether a law plans before the start, and may find no plan."""
-    return bool(getattr(law, "may_refuse", False))
+    return CLASSES[2] if getattr(law, "may_refuse", False) else CLASSES[1] if law.message else CLASSES[0]
 
 
 def guarded(law: Law[Any]) -> bool:

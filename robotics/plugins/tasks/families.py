@@ -101,7 +101,8 @@ def _drawn(family: TaskFamily, number: int) -> TaskScenario:
     model = load_robot(family.models[int(rng.integers(len(family.models)))])
     loss, latency = float(rng.uniform(0, family.loss)), float(rng.uniform(0, family.latency))
     discs = int(rng.integers(0, family.discs, endpoint=True))
-    held, silent = (float(rng.uniform(*span)) * (rng.random() < share) for span, share in _spans(family))
+    spans = (_HELD, family.held_up), (_SILENT, family.silent)
+    held, silent = (float(rng.uniform(*span)) * (rng.random() < share) for span, share in spans)
     disturbance = Disturbance(loss=loss, latency=latency, freeze=held)
     layout = draw_layout(family.task, rng, robots, discs)
     name, longest = f"{family.task}-{number}", max(table_length(table) for table in layout.tables)
@@ -122,10 +123,6 @@ def _drawn(family: TaskFamily, number: int) -> TaskScenario:
     }
     extra = (family.limit - StressOutcome.limit) * nominal + disturbance.extra
     return TaskScenario(name, setting, faults, number, extra, family.limit, facts)
-
-
-def _spans(family: TaskFamily) -> list[tuple[tuple[float, float], float]]:
-    return [(_HELD, family.held_up), (_SILENT, family.silent)]
 
 
 def _hall(layout: Layout, model: RobotModel) -> World:

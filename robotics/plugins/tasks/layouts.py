@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from robotics.plugins.stress.crossings import random_crossing
+from robotics.plugins.stress.crossings import random_crossings
 from robotics.plugins.stress.obstaclecourse import random_course
 from robotics.plugins.stress.quintic_table import quintic_table
 from robotics.world.environment.world import Obstacle, Polygon, box
@@ -56,12 +56,12 @@ def _lanes(rng: np.random.Generator, robots: int, discs: int) -> Layout:
 
 
 def _crossing(rng: np.random.Generator, robots: int, discs: int) -> Layout:
-    return Layout(random_crossing(robots, rng, "A"))
+    return Layout(random_crossings(robots, [rng], "A")[0])
 
 
 def _dense(rng: np.random.Generator, robots: int, discs: int) -> Layout:
     """A crossing whose ends may lie on the others' ways."""
-    return Layout(random_crossing(robots, rng, "B"))
+    return Layout(random_crossings(robots, [rng], "B")[0])
 
 
 def _circle(rng: np.random.Generator, robots: int, discs: int) -> Layout:

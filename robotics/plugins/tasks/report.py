@@ -13,6 +13,7 @@ from robotics.laws.specification import Specification
 from robotics.measures.statistics.intervals import Interval
 from robotics.plugins.arena.page import write_page
 from robotics.plugins.arena.plan import BLOCKS
+from robotics.plugins.arena.report import interval_cell
 from robotics.plugins.tasks.answer import answer
 from robotics.plugins.tasks.description import CLASSES, TASKS_PAGE, TaskArena
 from robotics.plugins.tasks.figures import TaskRow, plot_tasks
@@ -120,9 +121,9 @@ def _ranking(outcome: TaskOutcome) -> Chapter:
         (
             outcome.titles[k],
             outcome.classes[k],
-            _share(caused, k),
-            _share(locked, k),
-            *(_mean(means[name], k, 100 if name == "gap" else 1) for name in MEANS),
+            interval_cell(caused[k], 1000),
+            interval_cell(locked[k], 1000),
+            *(interval_cell(means[name][k], 100 if name == "gap" else 1) for name in MEANS),
             f"{outcome.least_clearance(k):.3f}",
         )
         for k in order
@@ -138,8 +139,8 @@ def _without(outcome: TaskOutcome, k: int, acted: Interval) -> tuple[str, ...]:
     entry = outcome.entries[k]
     assert entry.unguarded is not None
     p = paired_p(entry.runs["caused"].to_numpy(), entry.unguarded["caused"].to_numpy())
-    shares = (outcome.share("caused", unguarded=True), outcome.share("caused"))
-    return outcome.titles[k], *(_share(found, k) for found in shares), f"{p:.2g}", _mean(acted, k, 100)
+    shares = [interval_cell(outcome.share("caused", without)[k], 1000) for without in (True, False)]
+    return outcome.titles[k], *shares, f"{p:.2g}", interval_cell(acted[k], 100)
 
 
 def _sorts(outcome: TaskOutcome) -> Chapter:
@@ -195,13 +196,3 @@ def _families(arena: TaskArena) -> Grid:
         for family in getattr(arena, block)
     ]
     return _TEXTS.grid("terms.families", list(rows))
-
-
-def _share(found: Interval, k: int) -> str:
-    value, low, high = (1000 * float(part[k]) for part in (found.value, found.low, found.high))
-    return f"{value:.3g} ({low:.3g} to {high:.3g})"
-
-
-def _mean(found: Interval, k: int, factor: float = 1.0) -> str:
-    value, low, high = (factor * float(part[k]) for part in (found.value, found.low, found.high))
-    return "–" if np.isnan(value) else f"{value:.3g} ({low:.3g} to {high:.3g})"

@@ -50,6 +50,7 @@ def player_data(
     start: float | None = None,
     end: float | None = None,
     stale: float | None = None,
+    frames: int | None = None,
 ) -> dict[str, Any]:
     """What the player shows of one seed of a run, in JSON's types: the value "run" of the model in ``player.js``.
 
@@ -59,6 +60,7 @@ def player_data(
         start: The time [s] at which it begins, by default that of the run.
         end: The time [s] at which it ends, by default that of the run.
         stale: The age [s] from which a message is stale, by default as in :func:`robotics.show.playback.replay.replay`.
+        frames: How many frames there are at most; the player shows what is between two of them.
 
     Raises ReplayError.
     """
@@ -66,6 +68,8 @@ def player_data(
     shown = np.flatnonzero((run.time >= begin - 1e-9) & (run.time <= until + 1e-9))
     robots, period = run.samples.shape[3], float(run.time[1] - run.time[0])
     step = max(1, ceil(1 / (RATE * period) - 1e-9), ceil(len(shown) * robots / _POSES))
+    if frames is not None:
+        step = max(step, ceil(len(shown) / frames))
     # The last sample is kept although it may come sooner after the one before.
     chosen = np.unique(np.append(shown[::step], shown[-1]))
     film = replay(run, run.time[chosen], seed, stale)

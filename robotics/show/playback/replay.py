@@ -141,8 +141,13 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
     if stale is not None and not (np.isfinite(stale) and stale > 0):
         raise ReplayError(f"the age from which messages are stale must be > 0 s, got {stale:g}")
 
+    # What cannot be interpolated is that of the last sample.
+    held = np.clip(np.searchsorted(run.time, times + 1e-9, side="right") - 1, 0, len(run.time) - 1)
+    sampled = np.array_equal(run.time[held], times)
+
     def over(values: np.ndarray) -> np.ndarray:
-        return np.stack([np.interp(times, run.time, row) for row in _held(values)])
+        known = _held(values)
+        return known[:, held] if sampled else np.stack([np.interp(times, run.time, row) for row in known])
 
     team = run.team is not None
     rows = {name: run[name][place] for name in ("x", "y", "v", "w")}
@@ -154,8 +159,6 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         limit = stale or _usual(run, place)
         hears, spans = _staleness(run, place, limit)
     stopped = run.stopped[place]
-    # What cannot be interpolated is that of the last sample.
-    held = np.clip(np.searchsorted(run.time, times + 1e-9, side="right") - 1, 0, len(run.time) - 1)
     obstacles = run.obstacles
     if obstacles is not None and len(obstacles.counts) > 1:
         obstacles = Geometry(*(part[held] for part in obstacles))

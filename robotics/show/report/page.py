@@ -134,8 +134,7 @@ def write_report(
         count=len(comparisons[0].seeds),
         claims=claims,
         apart=apart,
-        hints=hints
-        | {"terms": "the laws, their gains, how to read the tables", "reproduce": "command, seeds, versions"},
+        hints=hints,
         homes={claim.name: chapter for chapter in chapters for claim in chapter.claims},
         head=head,
         forms=FORMS if any(form for claim in claims for form in claim.forms) else (),

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import compiled_only, kernel
 from robotics.world.environment.world import BodyColumns, Geometry
 from robotics.world.vehicle.robot import Robot
 
@@ -100,8 +100,15 @@ def _robot_gaps(x, y, heading, sizes):  # type: ignore[no-untyped-def]
 @kernel
 def _obstacle_gaps(x, y, heading, sizes, circles, bodies, segments, counts):  # type: ignore[no-untyped-def]
     """What :func:`obstacle_contacts` and :func:`obstacle_clearance` return."""
+    touched, least = np.full(x.shape, -1), np.full(x.shape, np.inf)
+    _find_obstacle_gaps(x, y, heading, sizes, circles, bodies, segments, counts, touched, least)
+    return touched, least
+
+
+@compiled_only
+def _find_obstacle_gaps(x, y, heading, sizes, circles, bodies, segments, counts, touched, least):  # type: ignore[no-untyped-def]
+    """Write what :func:`_obstacle_gaps` returns."""
     runs, robots = x.shape
-    touched, least = np.full((runs, robots), -1), np.full((runs, robots), np.inf)
     for r in range(runs):
         g = r if counts.shape[0] > 1 else 0
         for i in range(robots):
@@ -119,10 +126,9 @@ def _obstacle_gaps(x, y, heading, sizes, circles, bodies, segments, counts):  # 
                 if least[r, i] <= 0:
                     touched[r, i] = body.owner
                     break
-    return touched, least
 
 
-@kernel
+@compiled_only
 def _body_gap(x, y, c, s, size, circle, body, segments):  # type: ignore[no-untyped-def]
     """The distance [m] from a robot's rectangle to a body, 0 in contact."""
     if body.number == 0:

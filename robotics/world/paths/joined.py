@@ -106,8 +106,7 @@ def _even(path: Path) -> np.ndarray:
 
 def _joined(lengths: np.ndarray, tables: Sequence[np.ndarray]) -> PathTable:
     nodes = np.array([table.shape[1] for table in tables])
-    joined = with_tangents(np.concatenate(tables, axis=1))
-    return PathTable(lengths, joined, np.concatenate([[0], np.cumsum(nodes)[:-1]]), nodes - 1)
+    return PathTable(lengths, with_tangents(*tables), np.concatenate([[0], np.cumsum(nodes)[:-1]]), nodes - 1)
 
 
 @kernel(nogil=True)
@@ -239,5 +238,7 @@ def _arcs(table):  # type: ignore[no-untyped-def]
 
 def join_tables(tables: Sequence[Sequence[np.ndarray]]) -> PathTable:
     """Put paths, given by their ``tables`` [run][robot] (5, nodes), into one table with another path in every run."""
-    flat = [table for row in tables for table in row]
-    return _joined(np.array([table_length(table) for table in flat]).reshape(len(tables), len(tables[0])), flat)
+    joined = _joined(np.empty(0), [table for row in tables for table in row])
+    arcs, spans = _arcs(joined.table), zip(joined.first.tolist(), joined.cells.tolist(), strict=True)
+    lengths = np.array([arcs[first : first + cells].sum() for first, cells in spans])
+    return replace(joined, lengths=lengths.reshape(len(tables), len(tables[0])))

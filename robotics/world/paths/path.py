@@ -15,6 +15,7 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.threads import share_out
 from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.quantity import LARGEST_NUMBER, check_quantities, described, quantity, turn
@@ -24,6 +25,7 @@ _LONGEST = 1e4  # m: on a longer path its nodes would be more than 5 cm apart
 # Nodes are 5 mm apart on up to 1 km. Farther apart, h, the interpolation errs by h⁴ κ³/384: at 5 cm and a radius of 1 m
 # by 2e-8 m. A table of all has 8 MB.
 _MOST_CELLS = 200_000
+_AT_ONCE = 50_000  # nodes of which one thread makes the tangents at a time
 
 
 class PathError(InputError):
@@ -301,17 +303,18 @@ class NodeColumns(PathColumns):
     sin = column("1")
 
 
-def with_tangents(table: np.ndarray) -> np.ndarray:
-    """The nodes of a path's ``table`` (PathColumns, nodes) as NodeColumns."""
-    nodes = np.empty((NodeColumns.size, table.shape[1]))
-    nodes[: PathColumns.size] = table
-    _fill_in_tangents(nodes)
+def with_tangents(*tables: np.ndarray) -> np.ndarray:
+    """The nodes of paths' ``tables`` (PathColumns, nodes), one after the other, as NodeColumns."""
+    nodes = np.empty((NodeColumns.size, sum(table.shape[1] for table in tables)))
+    np.concatenate(tables, axis=1, out=nodes[: PathColumns.size])
+    begins = range(0, nodes.shape[1], _AT_ONCE)
+    share_out(lambda first: _fill_in_tangents(nodes, first, min(first + _AT_ONCE, nodes.shape[1])), begins)
     return nodes
 
 
-@kernel
-def _fill_in_tangents(nodes):  # type: ignore[no-untyped-def]
-    for k in range(nodes.shape[1]):
+@kernel(nogil=True)
+def _fill_in_tangents(nodes, first, last):  # type: ignore[no-untyped-def]
+    for k in range(first, last):
         node = NodeColumns(nodes, k)
         node.cos, node.sin = np.cos(node.heading), np.sin(node.heading)
 

@@ -263,3 +263,24 @@ def test_a_function_that_calls_itself_has_a_fingerprint():
 
     assert down(5) == 10
     assert fingerprint(down) == fingerprint(down)
+
+
+def test_a_callee_is_put_into_its_callers_only_where_it_says_so_itself(tmp_path, monkeypatch):
+    """Numba hands ``forceinline`` on from the caller for which a function is compiled first."""
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))  # empty: what comes from the disk names no callees
+
+    @kernel
+    def called(x):
+        return 2.0 * x
+
+    @kernel(forceinline=True)
+    def between(x):
+        return called(x)
+
+    @kernel
+    def caller(x):
+        return between(x)
+
+    assert caller(3.0) == 6.0
+    codes = [next(iter(of.overloads.values())).library.get_llvm_str() for of in (called, between)]
+    assert ["alwaysinline" in code for code in codes] == [False, True]

@@ -1,5 +1,6 @@
 // Drawing on a canvas: its size, lines with gaps, hatching, axes; numbers as text.
 
+const NEAR = 0.5; // px
 const FONT = '12px system-ui, "DejaVu Sans", sans-serif'; // as a canvas tells it
 
 // A number as text: no −0, a true minus sign
@@ -31,27 +32,31 @@ export function sized(width, height, ...canvases) {
   return { width, height, ratio };
 }
 
-export function begin(canvas, { ratio, width, height }) {
+export function begin(canvas, { ratio, width, height }, font = FONT) {
   const pen = canvas.getContext("2d");
   pen.setTransform(ratio, 0, 0, ratio, 0, 0);
   pen.clearRect(0, 0, width, height);
   pen.setLineDash([]);
   pen.globalAlpha = 1;
-  if (pen.font !== FONT) pen.font = FONT; // to set one lays the page out
+  if (pen.font !== font) pen.font = font; // to set one lays the page out
   return pen;
 }
 
+/** A line through `count` points [px], with gaps where there is none; one that nobody could tell from the last is left out. */
 export function line(pen, count, x, y) {
-  let down = false;
+  let down = false,
+    [fromX, fromY] = [0, 0];
   for (let k = 0; k < count; k++) {
     const px = x(k),
       py = y(k);
-    if (!Number.isFinite(px + py)) down = false;
-    else if (down) pen.lineTo(px, py);
-    else {
-      pen.moveTo(px, py);
-      down = true;
+    if (!Number.isFinite(px + py)) {
+      down = false;
+      continue;
     }
+    if (!down) pen.moveTo(px, py);
+    else if (k + 1 < count && Math.abs(px - fromX) < NEAR && Math.abs(py - fromY) < NEAR) continue;
+    else pen.lineTo(px, py);
+    [down, fromX, fromY] = [true, px, py];
   }
 }
 

@@ -14,6 +14,8 @@ const MANY_LINKS = 400; // from here on only stale ones are drawn unless asked f
 const SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20, 50];
 const STANDS = 0.005; // m/s and, tenfold, rad/s
 
+const SMALL_FONT = '9px system-ui, "DejaVu Sans", sans-serif'; // as a canvas tells it
+const GRAIN = 0.02; // m: a run that reaches so much further than the last one shows the same part of the floor
 const PAIRS = 3; // where the looks of pairs begin, so that none is that of robot 1
 const dash = (i) => DASHES[i % DASHES.length];
 // What robots are about, by code & 3: colours beside those of three robots, each with its dashes; words come with the run
@@ -36,6 +38,15 @@ function make(tag, attributes = {}, ...children) {
   return node;
 }
 
+/** The part of the floor that is shown: the least and the greatest x, then y [m]. */
+const floor = ({ bounds }) =>
+  bounds.map((value, n) => GRAIN * (n % 2 ? Math.ceil(value / GRAIN) : Math.floor(value / GRAIN)));
+/** What decides how the scene looks where nothing moves: of runs that are alike in it the picture is kept. */
+const stillOf = (run) => {
+  const { sizes, patches, obstacles, channels, faults, stale_after } = run;
+  const { path_x, path_y } = channels;
+  return JSON.stringify([floor(run), sizes, patches, obstacles, path_x, path_y, faults.length, stale_after]);
+};
 /** What decides which parts a player has: runs that are alike in it are shown in the same ones. */
 const partsOf = ({ robots, hears, sonar, modes, contacts, rules, channels }) =>
   JSON.stringify([
@@ -68,6 +79,7 @@ function render({ model, el }) {
 }
 
 function mount(model, el, time) {
+  let drawn = stillOf(model.get("run"));
   const data = unpack(model.get("run")),
     built = partsOf(data),
     { count } = data,
@@ -295,10 +307,10 @@ function mount(model, el, time) {
     };
     root.querySelectorAll(".swatch").forEach((node) => drawSwatch(node));
     widths.clear();
+    layoutScene();
     redraw();
   }
   function redraw() {
-    layoutScene();
     layoutChart();
     if (data.modes) layoutMarks();
     draw();
@@ -314,9 +326,8 @@ function mount(model, el, time) {
       right = size.width - 8; // as a slider's thumb
     strip = { size, x: (t) => left + ((right - left) * (t - data.start)) / (data.end - data.start) };
     strip.time = (px) => data.start + ((data.end - data.start) * (px - left)) / (right - left);
-    const pen = begin(marksStill, size),
+    const pen = begin(marksStill, size, SMALL_FONT),
       { codes } = data.modes;
-    pen.font = "9px system-ui, 'DejaVu Sans', sans-serif";
     pen.textBaseline = "middle";
     for (let i = 0; i < rows; i++) {
       const y = 7 + 7 * i;
@@ -381,7 +392,7 @@ function mount(model, el, time) {
   }
 
   function layoutScene() {
-    const [left, right, bottom, top] = data.bounds,
+    const [left, right, bottom, top] = floor(data),
       around = Math.max(...data.sizes.map((size) => Math.round(50 * Math.hypot(...size)) / 100)),
       margin = 0.03 * Math.max(right - left, top - bottom) + around;
     const width = widthOf(scene),
@@ -1045,10 +1056,13 @@ function mount(model, el, time) {
     const run = model.get("run");
     if (partsOf(run) !== built) return false;
     toggle(false);
+    const kept = stillOf(run) === drawn;
+    drawn = stillOf(run);
     Object.assign(data, unpack(run));
     read();
     state.t = within(t);
     rules?.renew();
+    if (!kept) layoutScene();
     redraw();
     return true;
   };

@@ -598,6 +598,37 @@ def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuz
     assert page.locator(".fp-root").count() == 0
 
 
+def test_a_played_run_leaves_what_a_new_player_shows(bench: ModulePage, traits: dict[str, Any]) -> None:
+    """Of a run that reaches as far the player keeps what stands; of one that reaches farther it shows more floor."""
+    page, fis = bench.page, load_rule_base("tracking")
+    place = place_data(fis, TryoutTrial(scenario="crossing-in-turn"))
+    first = on_page(fis, TryoutTrial(**place["trial"]))
+    shown = {"trial": place["trial"] | {"kind": "team", "rival": ""}, "course": place["course"], "before": None}
+    x, (left, right, bottom, top) = first["player"]["channels"]["x"], first["player"]["bounds"]
+    moved = {**first["player"]["channels"], "x": x | {"offset": x["offset"] + 0.2}}
+    picture = "[...document.querySelectorAll('.fleet-player canvas')].map((canvas) => canvas.toDataURL()).join()"
+    play, seen = page.get_by_role("button", name="Play"), [""]
+
+    def render(tried: dict[str, Any]) -> None:
+        bench.render(TRYOUT, traits | shown | {"tried": tried, "rival": None})
+        play.wait_for()
+        # A hand that was laid on it keeps its time.
+        page.locator(".tr-stages").dispatch_event("pointerdown")
+
+    for change in (
+        {},
+        {"channels": moved, "bounds": [left, right, bottom, top - 1e-4]},
+        {"bounds": [left, right, bottom, top + 0.5]},
+    ):
+        tried = first | {"player": first["player"] | change}
+        render(tried)
+        assert page.evaluate(picture) != seen[-1]
+        seen.append(page.evaluate(picture))
+        render(first)
+        bench.give(tried=tried)
+        assert page.evaluate(picture) == seen[-1]
+
+
 def test_a_run_that_nobody_touched_is_replayed_after_an_edit(bench: ModulePage, traits: dict[str, Any]) -> None:
     """From some seconds before the moment that matters most; and a long run says how far it is."""
     page = bench.page

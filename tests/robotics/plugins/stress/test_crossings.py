@@ -11,7 +11,7 @@ from robotics.laws.avoidance.reservation import CELLS, plan_right_of_way
 from robotics.laws.avoidance.sidestep import sidestepped
 from robotics.laws.catalogue import make_controller
 from robotics.plugins.stress.crew import Crew
-from robotics.plugins.stress.crossings import crossing_ensemble, random_crossing, stress_crossing
+from robotics.plugins.stress.crossings import crossing_ensemble, random_crossings, stress_crossing
 from robotics.plugins.stress.disturbance import Disturbance
 from robotics.plugins.stress.outcome import StressOutcome, table_of
 from robotics.plugins.stress.quintic_table import quintic_table
@@ -28,7 +28,7 @@ def test_a_class_keeps_what_it_promises(kind, robots):
     """16 m² a robot, 4 : 3; a conflict at equal progress; ends clear of the other paths, or of each other."""
     field = np.sqrt(16 * robots * np.array([4 / 3, 3 / 4]))
     for seed in range(4):
-        tables = random_crossing(robots, np.random.default_rng(seed), kind)
+        tables = random_crossings(robots, [np.random.default_rng(seed)], kind)[0]
         points = samples(tables)
         ends = points[:, [0, -1]]
         assert (ends >= 0).all()
@@ -48,11 +48,17 @@ def test_a_class_keeps_what_it_promises(kind, robots):
 def test_class_b_has_ends_on_other_paths():
     near = []
     for seed in range(8):
-        points = samples(random_crossing(3, np.random.default_rng(seed), "B"))
+        points = samples(random_crossings(3, [np.random.default_rng(seed)], "B")[0])
         near += [
             np.hypot(*(points[j] - points[i, k]).T).min() for i in range(3) for j in range(3) if i != j for k in (0, -1)
         ]
     assert min(near) < 0.3
+
+
+def test_a_crossing_is_the_same_however_many_numbers_are_drawn_at_a_time(monkeypatch):
+    whole = crossing_ensemble(3, range(4))
+    monkeypatch.setattr("robotics.plugins.stress.crossings._DRAWS", 1)
+    np.testing.assert_array_equal(crossing_ensemble(3, range(4)).references.joined.table, whole.references.joined.table)
 
 
 def test_a_seed_makes_its_crossing_whatever_is_beside_it():

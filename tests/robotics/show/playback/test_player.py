@@ -234,6 +234,15 @@ def test_a_box_that_turns_is_packed_as_it_turns(run: Run) -> None:
     np.testing.assert_allclose(drawn[:4], placed.segments[k, :, :2], atol=2e-3)
 
 
+def test_no_more_frames_than_are_asked_for(run: Run) -> None:
+    every, fewer = player_data(run, 7), player_data(run, 7, frames=100)
+    assert len(times(every)) == 241
+    assert times(fewer).tolist() == times(every)[::3].tolist()
+    for name in ("x", "v", "y_target"):
+        here, there = (unpacked(data["channels"][name]).reshape(3, -1) for data in (fewer, every))
+        assert here == pytest.approx(there[:, ::3], abs=1e-3)
+
+
 def test_a_part_of_the_time_and_a_seed_that_is_not_there(run: Run) -> None:
     part = times(player_data(run, start=2.0, end=4.0))
     assert (part[0], part[-1]) == (2.0, 4.0)
