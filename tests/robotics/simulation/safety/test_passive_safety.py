@@ -184,8 +184,13 @@ def met_in_motion(setting: Setting) -> int:
     return int((speed > 0.02).sum())
 
 
-def followed(robot: str, others_speed: float | None = None) -> tuple[int, float]:
-    """A robot goes ahead and back for two seconds; a disc follows it.
+BACK, ROUND = [[0.5, 0.0], [-0.5, 0.0], [-0.5, 0.0]], [[0.0, 0.0], [0.0, 2.5], [0.0, 2.5]]
+
+
+def followed(
+    robot: str, script: list[list[float]], speed: float, others_speed: float | None = None
+) -> tuple[int, float]:
+    """A robot follows a script of three seconds; a disc follows it.
 
     Returns:
         In how many of ten runs the robot causes a contact, and how far it goes back [m].
@@ -198,10 +203,10 @@ def followed(robot: str, others_speed: float | None = None) -> tuple[int, float]
     worlds = []
     for x, y, heading in zip(begins.x.tolist(), begins.y.tolist(), begins.heading.tolist(), strict=True):
         start, end = ((x + d * math.cos(heading), y + d * math.sin(heading)) for d in (-behind, 3.0))
-        disc = Disc(radius=0.2, path=Line(start=start, end=end), timing=Timing(speed=0.2))
+        disc = Disc(radius=0.2, path=Line(start=start, end=end), timing=Timing(speed=speed))
         worlds.append(World(obstacles=(disc,), known=False))
     setting = replace(setting, world=compile_worlds(worlds), ticks=60, divergence=1e6, others_speed=others_speed)
-    law = Scripted(script=np.tile([[0.5, 0.0], [-0.5, 0.0], [-0.5, 0.0]], (10, 1, 1, 1)), seconds=1.0, safe="yes")
+    law = Scripted(script=np.tile(script, (10, 1, 1, 1)), seconds=1.0, safe="yes")
     simulation, way = Simulation(setting, law, tuple(range(10))), np.zeros(10)
     for _ in simulation.periods():
         way += setting.period * np.maximum(-TruthColumns(simulation.lanes.body.truth).v, 0.0)
@@ -209,13 +214,18 @@ def followed(robot: str, others_speed: float | None = None) -> tuple[int, float]
 
 
 def test_among_what_moves_no_robot_goes_back_where_its_sensors_do_not_look():
-    assert followed("etsro", others_speed=0.0)[0] > 5  # it believes the disc to rest, and goes back
-    contacts, way = followed("etsro")
+    assert followed("etsro", BACK, 0.2, others_speed=0.0)[0] > 5  # it believes the disc to rest, and goes back
+    contacts, way = followed("etsro", BACK, 0.2)
     assert contacts == 0
     assert way < 0.05  # 0.02 m/s for two seconds, and what the wheels swing back when they brake
-    contacts, way = followed("mir100")  # sees all round
+    contacts, way = followed("mir100", BACK, 0.2)  # sees all round
     assert contacts == 0
     assert way > 0.2
+
+
+def test_among_what_moves_no_robot_turns_its_rear_edge_back_where_its_sensors_do_not_look():
+    assert followed("etsro", ROUND, 0.15, others_speed=0.0)[0] > 5
+    assert followed("etsro", ROUND, 0.15)[0] == 0
 
 
 def test_what_has_passed_bars_no_way():
