@@ -7,9 +7,9 @@ One of the laws is the fuzzy team with other numbers in all of its rule bases, d
     python benchmarks/safety_attack.py 200 --family discs --robot mir100
 
 Counted are contacts that robots caused: the motion of the robot alone leads to it, by more than 0.02 m/s. Told beside
-them are those in which what is assumed was broken before: with a disc that no cone of the robot's sensors had met for a
-second (unseen), or not the part of it that touches (partly), or that had run into the robot before, and so into its
-body, which no real one does (overlapped).
+them are those in which what is assumed was broken before: with an obstacle that had given no echo for a second, as no
+cone of the robot's sensors met it, or too steeply (unseen), or not the part of it that touches (partly), or that had
+run into the robot before, and so into its body, which no real one does (overlapped).
 """
 
 import argparse
@@ -242,12 +242,12 @@ def attack(family: Family, robot: str, law: str, count: int, first: int, safe: S
 def broken_assumption(setting: Setting, driver: Law[Any], seeds: range, faults: Faults | None, run: int) -> str:
     """What was broken before a robot of a run caused its contact, one of BROKEN; "" if nothing was.
 
-    "overlapped": the same obstacle or robot had touched it before. "unseen": the obstacle was in no cone of its sensors
-    for LATELY; "partly": what it touches of the obstacle was not.
+    "overlapped": the same obstacle or robot had touched it before. "unseen": none of its sensors could have heard the
+    obstacle for LATELY, in its cone and not too steep; "partly": what it touches of the obstacle.
     """
     tally = Tally(setting, ObstacleOutcome.longest(setting, 0.0), 0, len(seeds))
     simulation = Simulation(setting, driver, tuple(seeds), faults, observers=[tally.observer])
-    sizes, round_ = footprints(setting.robots), np.exp(1j * np.linspace(0, 2 * np.pi, 60))
+    sizes = footprints(setting.robots)
     since = tally.known.watch.contacts.since[run]
     last, touching, touched = None, np.zeros(len(since), dtype=bool), np.zeros(len(since), dtype=bool)
     for k, _ in simulation.periods():
@@ -260,24 +260,40 @@ def broken_assumption(setting: Setting, driver: Law[Any], seeds: range, faults: 
             continue
         now, time = TruthColumns(simulation.rows(simulation.lanes.body.truth)), k * setting.period
         here = Geometry(*setting.world.at(time))
-        circles = here.circles[run % len(here.circles)][: here.counts[run % len(here.counts)]]
-        outline = (circles[:, 0] + 1j * circles[:, 1])[:, None] + circles[:, 2:] * round_
-        last = np.full((len(setting.robots), *outline.shape), -np.inf) if last is None else last
-        places = now.x[run] + 1j * now.y[run]
-        own = (outline - places[:, None, None]) * np.exp(-1j * now.heading[run])[:, None, None]
+        surface, facing, body = surfaces(here, run % len(here.counts))
+        last = np.full((len(setting.robots), len(surface)), -np.inf) if last is None else last
+        turn = np.exp(-1j * now.heading[run])[:, None]
+        own, faces = (surface - (now.x[run] + 1j * now.y[run])[:, None]) * turn, np.angle(np.exp(1j * facing) * turn)
         for i, sensors in enumerate(setting.sensors):
-            last[i, seen(list(sensors.values()), own[i].real, own[i].imag)] = time
+            last[i, seen(list(sensors.values()), own[i].real, own[i].imag, faces[i])] = time
         if tally.caused[run].any():
             i = int(np.argmax(tally.caused[run]))
-            apart = np.hypot(circles[:, 0] - now.x[run, i], circles[:, 1] - now.y[run, i]) - circles[:, 2]
             gap = obstacle_clearance(now.x, now.y, now.heading, sizes, here)[run, i]
-            n = int(np.argmin(apart))
-            over = np.maximum(np.abs([own[i, n].real, own[i, n].imag]) - sizes[:2, i, None], 0.0)
-            touching = np.hypot(*over) < np.hypot(*over).min() + TOUCHING
-            if gap > 0.01 or time - last[i, n, touching].max() <= LATELY:
+            away = np.hypot(*np.maximum(np.abs([own[i].real, own[i].imag]) - sizes[:2, i, None], 0.0))
+            whole = body == body[np.argmin(away)]
+            touches = whole & (away < away.min() + TOUCHING)
+            if gap > 0.01 or time - last[i, touches].max() <= LATELY:
                 return ""
-            return "unseen" if time - last[i, n].max() > LATELY else "partly"
+            return "unseen" if time - last[i, whole].max() > LATELY else "partly"
     return ""
+
+
+def surfaces(geometry: Geometry, run: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of the obstacles' surfaces x + iy [m] (points,), where they face [rad], and of which body they are."""
+    found = []
+    for n in range(geometry.counts[run]):
+        (x, y, radius), (first, number, closed, _) = geometry.circles[run, n], geometry.bodies[run, n]
+        if number == 0:
+            facing = np.linspace(0, 2 * np.pi, 60)
+            found.append((x + 1j * y + radius * np.exp(1j * facing), facing, n))
+            continue
+        ends = geometry.segments[run, first : first + number]
+        begin, along = ends[:, 0] + 1j * ends[:, 1], ends[:, 2] - ends[:, 0] + 1j * (ends[:, 3] - ends[:, 1])
+        points = (begin[:, None] + along[:, None] * np.linspace(0, 1, 30)).ravel()
+        for side in (-1j,) if closed else (-1j, 1j):
+            found.append((points, np.repeat(np.angle(side * along), 30), n))
+    bodies = [np.full(len(points), n) for points, _, n in found]
+    return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found]), np.concatenate(bodies)
 
 
 def main() -> None:

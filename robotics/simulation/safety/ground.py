@@ -19,6 +19,7 @@ RAY_HALF = 0.36  # cells from a ray to the middle of a cell: half of what lies b
 NEVER_SEEN, FREE_GROUND = 0, -1  # a cell; above 0: the period of an echo from there, plus 1
 OF_ROBOT, OF_MOVING = -2, -3  # minus twice that: it was of a robot that was heard, or of what has moved: it soon fades
 FADES_AFTER = 0.3  # s after the next look
+NEARBY = 4.0  # cells from a sensor: up to there what is too steep for an echo is looked for
 _TWO = 64  # more than a row has cells: two of its columns are one number
 
 
@@ -139,7 +140,8 @@ def find_free(ground, window, near):  # type: ignore[no-untyped-def]
 def set_free(ground, window, given, near, sensor, rays, first, last, reading, x, y, c, s):  # type: ignore[no-untyped-def]
     """Take in what is free before the echo of a reading; arguments as of :func:`take_in`.
 
-    A ray goes past what is free already, by as many of its steps as ``near`` (:func:`find_free`) leaves room for.
+    A ray goes past what is free already, by as many of its steps as ``near`` (:func:`find_free`) leaves room for. Near
+    the sensor an echo stays where a surface at the edge of the cone may be too steep to be heard again.
     """
     cell, size, low_x, low_y = given.cell, ground.shape[0], window[0], window[1]
     first_x, first_y = low_x % size, low_y % size
@@ -149,6 +151,10 @@ def set_free(ground, window, given, near, sensor, rays, first, last, reading, x,
     end = sees - max(off, RAY_HALF * cell)
     mount_x, mount_y = x + c * sensor.x - s * sensor.y, y + s * sensor.x + c * sensor.y
     step, beside, far = RAY_STEP * cell, RAY_HALF * cell, end * end
+    right, left = math.inf, math.inf  # m: to the first echo that the map has at each edge of the cone
+    if sensor.sin_half > 0 and sensor.cos_incidence > 0:
+        right = _first_echo(ground, given, rays, first, end, mount_x, mount_y, c, s) - cell
+        left = _first_echo(ground, given, rays, last - 1, end, mount_x, mount_y, c, s) - cell
     for n in range(first, last):
         ux, uy = c * rays[0, n] - s * rays[1, n], s * rays[0, n] + c * rays[1, n]
         r = 0.0
@@ -161,10 +167,48 @@ def set_free(ground, window, given, near, sensor, rays, first, last, reading, x,
                 dx, dy = (low_x + i + 0.5) * cell - mount_x, (low_y + j + 0.5) * cell - mount_y
                 # The middle of the cell lies before the echo, and by this ray, not by the next one.
                 if dx * dx + dy * dy <= far and abs(ux * dy - uy * dx) <= beside:
-                    ground[on_torus(first_x + i, size), on_torus(first_y + j, size)] = FREE_GROUND
+                    row, line = on_torus(first_x + i, size), on_torus(first_y + j, size)
+                    ahead, beyond = c * dx + s * dy, c * dy - s * dx
+                    if not (
+                        ground[row, line] > NEVER_SEEN
+                        and math.sqrt(dx * dx + dy * dy) < NEARBY * cell
+                        and (
+                            _too_steep(sensor, rays, first, right, ahead, beyond)
+                            or _too_steep(sensor, rays, last - 1, left, ahead, beyond)
+                        )
+                    ):
+                        ground[row, line] = FREE_GROUND
                 passed = 1
             for _ in range(1 + (passed - 1) * 7 // 5):  # 7 steps of 0.7 cells end at most 5 cells further on
                 r += step
+
+
+@compiled_only
+def _first_echo(ground, given, rays, n, end, mount_x, mount_y, c, s):  # type: ignore[no-untyped-def]
+    """How far [m] along the ``n``-th ray from a mount, up to ``end``, the map has an echo of what stands."""
+    cell, size = given.cell, ground.shape[0]
+    ux, uy = c * rays[0, n] - s * rays[1, n], s * rays[0, n] + c * rays[1, n]
+    r = 0.0
+    while r <= min(end, NEARBY * cell):
+        i, j = math.floor((mount_x + r * ux) / cell), math.floor((mount_y + r * uy) / cell)
+        if ground[i % size, j % size] > NEVER_SEEN:
+            return r
+        r += RAY_STEP * cell
+    return math.inf
+
+
+@compiled_only
+def _too_steep(sensor, rays, edge, near, ahead, left):  # type: ignore[no-untyped-def]
+    """Whether a surface may be at (ahead, left) [m] from a sensor and give no echo, as it is too steep.
+
+    It comes in at an ``edge`` of the cone, which is a ray, at ``near`` [m] or farther, at less than 90° less the
+    incidence angle; a convex one lies behind its tangent there.
+    """
+    sine = sensor.cos_incidence
+    cosine = math.sqrt(1 - sine * sine)
+    along = rays[0, edge] * ahead + rays[1, edge] * left
+    across = abs(rays[0, edge] * left - rays[1, edge] * ahead)
+    return near * sine <= along * sine - across * cosine
 
 
 @compiled_only

@@ -207,6 +207,7 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
             find_barred(guard.ground[lane], guard.window[lane], given, guard.barred, k + 1, period)
         while n < FALLBACKS:
             v, w = tried(n, bound_v, bound_w, given, backwards)
+            v, w = unseen_held(given, v, w)
             if _clear(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest):
                 break
             n += 1
@@ -261,6 +262,18 @@ def tried(n, v, w, given, backwards):  # type: ignore[no-untyped-def]
     if n < arcs + spots + len(SPOT):
         return SPOT[n - arcs - spots] * v, 0.0
     return (max(-BACK * given.limit.v_max, backwards) if abs(w) * given.radius > abs(v) else 0.0), 0.0
+
+
+@compiled_only
+def unseen_held(given, v, w):  # type: ignore[no-untyped-def]
+    """An order by which no point of the rear edge goes back, where nothing looks behind; or the robot stands by it."""
+    if given.back > CREEP:
+        return v, w
+    if v < 0:
+        less = min(given.back / (abs(w) * given.radius - v), 1.0)
+        return less * v, less * w
+    most = max(v / given.half_width, (given.back - v) / given.radius)
+    return v, min(max(w, -most), most)
 
 
 @compiled_only

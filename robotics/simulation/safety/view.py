@@ -23,21 +23,31 @@ def beam_halves(sensors: Sequence[RangeSensor]) -> list[float]:
         places.setdefault((sensor.x, sensor.y), []).append(sensor.axis)
     found = []
     for sensor in sensors:
-        beside = np.abs(np.array(places[sensor.x, sensor.y]) - sensor.axis)
-        beside = np.abs(np.remainder(beside + math.pi, 2 * math.pi) - math.pi)
+        beside = np.abs(_turned(np.array(places[sensor.x, sensor.y]) - sensor.axis))
         half = float(beside[beside > 1e-6].min(initial=0.0 if (beside <= 1e-6).all() else np.inf)) / 2
         found.append(sensor.half_cone or (half if half <= _WIDEST_BEAM else 0.0))
     return found
 
 
-def seen(sensors: Sequence[RangeSensor], x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Whether any sensor looks at points (x, y) [m] in the robot's frame; a beam stands for half way to the next."""
+def seen(sensors: Sequence[RangeSensor], x: np.ndarray, y: np.ndarray, facing: np.ndarray | None = None) -> np.ndarray:
+    """Whether any sensor looks at points (x, y) [m] in the robot's frame; a beam stands for half way to the next.
+
+    A surface that is ``facing`` [rad] so gives an echo within the sensor's incidence angle only.
+    """
     found = np.zeros(np.broadcast_shapes(x.shape, y.shape), dtype=bool)
     for sensor, half in zip(sensors, beam_halves(sensors), strict=True):
         dx, dy = x - sensor.x, y - sensor.y
-        off = np.abs(np.remainder(np.arctan2(dy, dx) - sensor.axis + math.pi, 2 * math.pi) - math.pi)
-        found |= (off <= half + 1e-4) & (np.hypot(dx, dy) <= sensor.range)
+        bearing = np.arctan2(dy, dx)
+        met = (np.abs(_turned(bearing - sensor.axis)) <= half + 1e-4) & (np.hypot(dx, dy) <= sensor.range)
+        if facing is not None:
+            met &= np.abs(_turned(facing - bearing + math.pi)) <= sensor.incidence
+        found |= met
     return found
+
+
+def _turned(angle: np.ndarray) -> np.ndarray:
+    """An angle from -π to π."""
+    return np.remainder(angle + math.pi, 2 * math.pi) - math.pi
 
 
 def covered_speed(

@@ -184,8 +184,13 @@ def met_in_motion(setting: Setting) -> int:
     return int((speed > 0.02).sum())
 
 
-def followed(robot: str, others_speed: float | None = None) -> tuple[int, float]:
-    """A robot goes ahead and back for two seconds; a disc follows it.
+BACK, ROUND = [[0.5, 0.0], [-0.5, 0.0], [-0.5, 0.0]], [[0.0, 0.0], [0.0, 2.5], [0.0, 2.5]]
+
+
+def followed(
+    robot: str, script: list[list[float]], speed: float, others_speed: float | None = None
+) -> tuple[int, float]:
+    """A robot follows a script of three seconds; a disc follows it.
 
     Returns:
         In how many of ten runs the robot causes a contact, and how far it goes back [m].
@@ -198,10 +203,10 @@ def followed(robot: str, others_speed: float | None = None) -> tuple[int, float]
     worlds = []
     for x, y, heading in zip(begins.x.tolist(), begins.y.tolist(), begins.heading.tolist(), strict=True):
         start, end = ((x + d * math.cos(heading), y + d * math.sin(heading)) for d in (-behind, 3.0))
-        disc = Disc(radius=0.2, path=Line(start=start, end=end), timing=Timing(speed=0.2))
+        disc = Disc(radius=0.2, path=Line(start=start, end=end), timing=Timing(speed=speed))
         worlds.append(World(obstacles=(disc,), known=False))
     setting = replace(setting, world=compile_worlds(worlds), ticks=60, divergence=1e6, others_speed=others_speed)
-    law = Scripted(script=np.tile([[0.5, 0.0], [-0.5, 0.0], [-0.5, 0.0]], (10, 1, 1, 1)), seconds=1.0, safe="yes")
+    law = Scripted(script=np.tile(script, (10, 1, 1, 1)), seconds=1.0, safe="yes")
     simulation, way = Simulation(setting, law, tuple(range(10))), np.zeros(10)
     for _ in simulation.periods():
         way += setting.period * np.maximum(-TruthColumns(simulation.lanes.body.truth).v, 0.0)
@@ -209,13 +214,18 @@ def followed(robot: str, others_speed: float | None = None) -> tuple[int, float]
 
 
 def test_among_what_moves_no_robot_goes_back_where_its_sensors_do_not_look():
-    assert followed("etsro", others_speed=0.0)[0] > 5  # it believes the disc to rest, and goes back
-    contacts, way = followed("etsro")
+    assert followed("etsro", BACK, 0.2, others_speed=0.0)[0] > 5  # it believes the disc to rest, and goes back
+    contacts, way = followed("etsro", BACK, 0.2)
     assert contacts == 0
     assert way < 0.05  # 0.02 m/s for two seconds, and what the wheels swing back when they brake
-    contacts, way = followed("mir100")  # sees all round
+    contacts, way = followed("mir100", BACK, 0.2)  # sees all round
     assert contacts == 0
     assert way > 0.2
+
+
+def test_among_what_moves_no_robot_turns_its_rear_edge_back_where_its_sensors_do_not_look():
+    assert followed("etsro", ROUND, 0.15, others_speed=0.0)[0] > 5
+    assert followed("etsro", ROUND, 0.15)[0] == 0
 
 
 def test_what_has_passed_bars_no_way():
@@ -256,6 +266,27 @@ def test_an_echo_at_the_least_distance_frees_nothing_before_it():
         freed(ground, window, given, np.zeros_like(ground), table, rays, 0.3, 0.0, 0.0, 0.0)
         assert (ground == FREE_GROUND).any() == frees
         assert (ground == 5).any()
+
+
+@pytest.mark.parametrize(("incidence", "stays"), [(60, True), (90, False)])
+def test_what_may_be_too_steep_to_be_heard_again_is_not_freed(incidence, stays):
+    """A wall beside the cone comes in at its edge, at 20° to the ray; what stands alone in the cone is heard."""
+    setting = course(1)
+    given = np.array([given_rows(setting.robots[0], setting, 0, 0.05)]).T.copy()
+    table = np.zeros((SensorColumns.size, 1))
+    sensor = SensorColumns(table, 0)
+    sensor.range, sensor.sin_half = 3.0, math.sin(math.radians(37))
+    sensor.cos_incidence = math.cos(math.radians(incidence)) if incidence < 90 else 0.0
+    angles = np.radians(np.linspace(-37, 37, 75))
+    # cells from the sensor
+    wall, alone = np.exp(1j * np.radians(37)) * 1.5 + np.exp(1j * np.radians(17)) * np.array([0, 1.5]), 2.5 + 0j
+    ground, window = np.full((48, 48), FREE_GROUND), np.full(2, -24)
+    places = [tuple(np.array([z.real, z.imag]).astype(int)) for z in (*wall, alone)]
+    for place in places:
+        ground[place] = 5
+    freed(ground, window, given, np.zeros_like(ground), table, np.array([np.cos(angles), np.sin(angles)]), 2.0, 0, 0, 0)
+    assert (ground[places[1]] == 5) == stays
+    assert ground[places[2]] == FREE_GROUND
 
 
 def test_rays_that_go_past_free_ground_free_the_same_as_those_that_stop_at_every_step():
