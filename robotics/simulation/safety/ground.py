@@ -19,7 +19,7 @@ RAY_HALF = 0.36  # cells from a ray to the middle of a cell: half of what lies b
 NEVER_SEEN, FREE_GROUND = 0, -1  # a cell; above 0: the period of an echo from there, plus 1
 OF_ROBOT, OF_MOVING = -2, -3  # minus twice that: it was of a robot that was heard, or of what has moved: it soon fades
 FADES_AFTER = 0.3  # s after the next look
-NEARBY = 4.0  # cells from a sensor: up to there what is too steep for an echo is looked for
+NEARBY = 3.0  # cells from a sensor: up to there what is too steep for an echo is looked for
 _TWO = 64  # more than a row has cells: two of its columns are one number
 
 
