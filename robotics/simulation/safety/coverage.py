@@ -60,6 +60,8 @@ def _told(robot: Robot, sensors: Mapping[str, RangeSensor], setting: Setting) ->
         parts.append(f"the way ahead is seen at all speeds, up to {fast:.2f} m/s")
     if (back := back_speed(robot, sensors, setting)) < most - 0.01:
         parts.append(f"among what moves it goes back at {back:.2f} m/s at most")
+        if back <= assumed.AT_REST:
+            parts.append("nor does an end of its rear edge go back faster in a turn")
     if robot.imperfections:
         has = listed([f"{name} {shown(value)}" for name, value in robot.imperfections.items()])
         parts.append(f"it is proven of wheels that roll, and follow every command, and this robot has {has}")

@@ -495,7 +495,7 @@ def test_blind_spots_are_said_before_a_run():
     assert "no sensor looks at" in said
     assert "goes back" not in said
     (said,) = blind_spots(replace(setting, others_speed=0.2), RAGING)
-    assert "among what moves it goes back at 0.02 m/s at most" in said
+    assert "among what moves it goes back at 0.02 m/s at most; nor does an end of its rear edge" in said
     slipping = replace(setting, robots=(setting.robots[0].changed(lateral_slip=0.02),))
     assert "and this robot has lateral_slip 0.02" in blind_spots(slipping, RAGING)[0]
     assert blind_spots(setting, replace(RAGING, safe="no")) == []
