@@ -19,7 +19,7 @@ RAY_HALF = 0.36  # cells from a ray to the middle of a cell: half of what lies b
 NEVER_SEEN, FREE_GROUND = 0, -1  # a cell; above 0: the period of an echo from there, plus 1
 OF_ROBOT, OF_MOVING = -2, -3  # minus twice that: it was of a robot that was heard, or of what has moved: it soon fades
 FADES_AFTER = 0.3  # s after the next look
-NEARBY = 3.0  # cells from a sensor: up to there what is too steep for an echo is looked for
+STEEP_WITHIN = 3.0  # cells from a sensor: up to there what is too steep for an echo is looked for
 _TWO = 64  # more than a row has cells: two of its columns are one number
 
 
@@ -171,7 +171,7 @@ def set_free(ground, window, given, near, sensor, rays, first, last, reading, x,
                     ahead, beyond = c * dx + s * dy, c * dy - s * dx
                     if not (
                         ground[row, line] > NEVER_SEEN
-                        and math.sqrt(dx * dx + dy * dy) < NEARBY * cell
+                        and math.sqrt(dx * dx + dy * dy) < STEEP_WITHIN * cell
                         and (
                             _too_steep(sensor, rays, first, right, ahead, beyond)
                             or _too_steep(sensor, rays, last - 1, left, ahead, beyond)
@@ -189,7 +189,7 @@ def _first_echo(ground, given, rays, n, end, mount_x, mount_y, c, s):  # type: i
     cell, size = given.cell, ground.shape[0]
     ux, uy = c * rays[0, n] - s * rays[1, n], s * rays[0, n] + c * rays[1, n]
     r = 0.0
-    while r <= min(end, NEARBY * cell):
+    while r <= min(end, STEEP_WITHIN * cell):
         i, j = math.floor((mount_x + r * ux) / cell), math.floor((mount_y + r * uy) / cell)
         if ground[i % size, j % size] > NEVER_SEEN:
             return r
