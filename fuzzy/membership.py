@@ -51,9 +51,9 @@ def _rise(x: Array, a: Array, b: Array) -> Array:
     return xp.where(steep, slope, edge)
 
 
-def _edges(x: Array, a: Array, b: Array, c: Array, d: Array) -> Array:
-    """The lesser of a rise from a to b and a fall from c to d, its mirror image; 1 at a vertical edge of either."""
-    return array_namespace(x).minimum(_rise(x, a, b), _rise(-x, -d, -c))
+def _fall(x: Array, c: Array, d: Array) -> Array:
+    """1 up to c, 0 from d on; the mirror image of :func:`_rise`, with the value 1 at a vertical edge."""
+    return _rise(-x, -d, -c)
 
 
 def _s(x: Array, a: Array, b: Array) -> Array:
@@ -107,8 +107,6 @@ def _log_sigmoid_product(x: Array, a1: Array, c1: Array, a2: Array, c2: Array) -
     return _log_sigmoid(x, a1, c1) + _log_sigmoid(x, a2, c2)
 
 
-Formula = Callable[..., Array]  # of x and the parameters
-
 # The scales of profiles and grids
 _WIDTH = 1 / HALF_WIDTH  # the standard deviation of a Gaussian that is 0.5 at the distance 1
 _OUTWARD = 4.0  # how many edges' widths an open side's crossover lies outside the universe
@@ -132,7 +130,11 @@ class Triangle(MembershipFunction):
     title: ClassVar[str] = "triangle"
     vertices: ClassVar[tuple[int, ...]] = (0, 1, 2)
     grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (c - 2 * h, c, c + 2 * h))
-    formula: ClassVar[Formula] = staticmethod(lambda x, a, b, c: _edges(x, a, b, b, c))
+
+    @classmethod
+    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
+        a, b, c = parameters
+        return array_namespace(x).minimum(_rise(x, a, b), _fall(x, b, c))
 
     def profile(self, span: float) -> Profile:  # noqa: D102
         a, b, c = self.numbers
@@ -207,7 +209,11 @@ class Trapezoid(_FourVertices):
     matlab: ClassVar[str] = "trapmf"
     title: ClassVar[str] = "trapezoid"
     may_cross: ClassVar[tuple[int, ...]] = (1,)
-    formula: ClassVar[Formula] = staticmethod(_edges)
+
+    @classmethod
+    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
+        a, b, c, d = parameters
+        return array_namespace(x).minimum(_rise(x, a, b), _fall(x, c, d))
 
 
 @register
@@ -217,7 +223,10 @@ class LinearS(_Rising):
 
     matlab: ClassVar[str] = "linsmf"
     title: ClassVar[str] = "straight ramp up"
-    formula: ClassVar[Formula] = staticmethod(_rise)
+
+    @classmethod
+    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
+        return _rise(x, *parameters)
 
 
 @register
@@ -227,7 +236,10 @@ class LinearZ(_Falling):
 
     matlab: ClassVar[str] = "linzmf"
     title: ClassVar[str] = "straight ramp down"
-    formula: ClassVar[Formula] = staticmethod(lambda x, a, b: 1 - _rise(x, a, b))
+
+    @classmethod
+    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
+        return 1 - _rise(x, *parameters)
 
 
 @register
@@ -239,7 +251,7 @@ class Gaussian(MembershipFunction):
     c: Any = field(metadata=parameter("location", "centre"))
     matlab: ClassVar[str] = "gaussmf"
     title: ClassVar[str] = "Gaussian"
-    log_formula: ClassVar[Formula] = staticmethod(_log_gauss)
+    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_gauss)
     grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (h * _WIDTH, c))
 
     def profile(self, span: float) -> Profile:  # noqa: D102
@@ -271,7 +283,7 @@ class TwoSidedGaussian(MembershipFunction):
     title: ClassVar[str] = "two-sided Gaussian"
     vertices: ClassVar[tuple[int, ...]] = (1, 3)
     may_cross: ClassVar[tuple[int, ...]] = (1,)
-    log_formula: ClassVar[Formula] = staticmethod(_log_two_sided_gauss)
+    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_two_sided_gauss)
     grid: ClassVar[Grid] = staticmethod(
         lambda c, h, slope: (0.4 * h * _WIDTH, c - 0.6 * h, 0.4 * h * _WIDTH, c + 0.6 * h)
     )
@@ -303,7 +315,7 @@ class Bell(MembershipFunction):
     c: Any = field(metadata=parameter("location", "centre c"))
     matlab: ClassVar[str] = "gbellmf"
     title: ClassVar[str] = "bell"
-    log_formula: ClassVar[Formula] = staticmethod(_log_bell)
+    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_bell)
     grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (h, 2, c))
 
     def profile(self, span: float) -> Profile:  # noqa: D102
@@ -333,7 +345,7 @@ class Sigmoid(MembershipFunction):
     c: Any = field(metadata=parameter("location", "crossover c"))  # where the degree is 0.5
     matlab: ClassVar[str] = "sigmf"
     title: ClassVar[str] = "sigmoid"
-    log_formula: ClassVar[Formula] = staticmethod(_log_sigmoid)
+    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_sigmoid)
 
     def profile(self, span: float) -> Profile:  # noqa: D102
         a, c = self.numbers
@@ -417,7 +429,7 @@ class SigmoidProduct(_TwoSigmoids):
     matlab: ClassVar[str] = "psigmf"
     title: ClassVar[str] = "product of sigmoids"
     second: ClassVar[int] = 1
-    log_formula: ClassVar[Formula] = staticmethod(_log_sigmoid_product)
+    log_formula: ClassVar[Callable[..., Array]] = staticmethod(_log_sigmoid_product)
     grid: ClassVar[Grid] = staticmethod(lambda c, h, slope: (slope, c - h, -slope, c + h))
 
 
@@ -429,7 +441,10 @@ class SShape(_Rising):
     matlab: ClassVar[str] = "smf"
     title: ClassVar[str] = "S-shape"
     may_cross: ClassVar[tuple[int, ...]] = (0,)
-    formula: ClassVar[Formula] = staticmethod(_s)
+
+    @classmethod
+    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
+        return _s(x, *parameters)
 
 
 @register
@@ -440,7 +455,11 @@ class ZShape(_Falling):
     matlab: ClassVar[str] = "zmf"
     title: ClassVar[str] = "Z-shape"
     may_cross: ClassVar[tuple[int, ...]] = (0,)
-    formula: ClassVar[Formula] = staticmethod(lambda x, a, b: _s(-x, -b, -a))
+
+    @classmethod
+    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
+        a, b = parameters
+        return _s(-x, -b, -a)
 
 
 @register
@@ -451,7 +470,11 @@ class PiShape(_FourVertices):
     matlab: ClassVar[str] = "pimf"
     title: ClassVar[str] = "π-shape"
     may_cross: ClassVar[tuple[int, ...]] = (0, 1, 2)
-    formula: ClassVar[Formula] = staticmethod(lambda x, a, b, c, d: _s(x, a, b) * _s(-x, -d, -c))
+
+    @classmethod
+    def formula(cls, x: Array, *parameters: Array) -> Array:  # noqa: D102
+        a, b, c, d = parameters
+        return _s(x, a, b) * _s(-x, -d, -c)
 
 
 FUNCTIONS: tuple[type[MembershipFunction], ...] = tuple(MATLAB_NAMES.values())  # MATLAB's thirteen
