@@ -211,7 +211,9 @@ def test_a_changed_number_of_the_monitor_in_c_is_seen(tmp_path):
     scenario = with_a_disc_on_the_way("reference")
     files = write_c_law("lyapunov:safe=yes", scenario, tmp_path)
     source = files.files[1]
-    source.write_text(source.read_text(encoding="utf-8").replace("RAY_HALF = 0.36", "RAY_HALF = 0.2"), encoding="utf-8")
+    source.write_text(
+        source.read_text(encoding="utf-8").replace("RAY_HALF = 0.36", "RAY_HALF = 0.05"), encoding="utf-8"
+    )
     assert verify_c_law(files, [scenario], seeds=[1]).holds is False
 
 
