@@ -1056,8 +1056,9 @@ function mount(model, el, time) {
     const run = model.get("run");
     if (partsOf(run) !== built) return false;
     toggle(false);
-    const kept = stillOf(run) === drawn;
-    drawn = stillOf(run);
+    const still = stillOf(run),
+      kept = still === drawn;
+    drawn = still;
     Object.assign(data, unpack(run));
     read();
     state.t = within(t);
