@@ -8,6 +8,7 @@ import numpy as np
 
 from robotics.laws.setting import Setting
 from robotics.simulation.safety import assumptions as assumed
+from robotics.world.paths.posture import wrapped
 from robotics.world.sensing.sonar import RangeSensor
 from robotics.world.vehicle.robot import Robot
 
@@ -23,7 +24,7 @@ def beam_halves(sensors: Sequence[RangeSensor]) -> list[float]:
         places.setdefault((sensor.x, sensor.y), []).append(sensor.axis)
     found = []
     for sensor in sensors:
-        beside = np.abs(_turned(np.array(places[sensor.x, sensor.y]) - sensor.axis))
+        beside = np.abs(wrapped(np.array(places[sensor.x, sensor.y]) - sensor.axis))
         half = float(beside[beside > 1e-6].min(initial=0.0 if (beside <= 1e-6).all() else np.inf)) / 2
         found.append(sensor.half_cone or (half if half <= _WIDEST_BEAM else 0.0))
     return found
@@ -38,16 +39,11 @@ def seen(sensors: Sequence[RangeSensor], x: np.ndarray, y: np.ndarray, facing: n
     for sensor, half in zip(sensors, beam_halves(sensors), strict=True):
         dx, dy = x - sensor.x, y - sensor.y
         bearing = np.arctan2(dy, dx)
-        met = (np.abs(_turned(bearing - sensor.axis)) <= half + 1e-4) & (np.hypot(dx, dy) <= sensor.range)
+        met = (np.abs(wrapped(bearing - sensor.axis)) <= half + 1e-4) & (np.hypot(dx, dy) <= sensor.range)
         if facing is not None:
-            met &= np.abs(_turned(facing - bearing + math.pi)) <= sensor.incidence
+            met &= np.abs(wrapped(facing - bearing + math.pi)) <= sensor.incidence
         found |= met
     return found
-
-
-def _turned(angle: np.ndarray) -> np.ndarray:
-    """An angle from -π to π."""
-    return np.remainder(angle + math.pi, 2 * math.pi) - math.pi
 
 
 def covered_speed(
