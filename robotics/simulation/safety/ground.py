@@ -168,14 +168,10 @@ def set_free(ground, window, given, near, sensor, rays, first, last, reading, x,
                 # The middle of the cell lies before the echo, and by this ray, not by the next one.
                 if dx * dx + dy * dy <= far and abs(ux * dy - uy * dx) <= beside:
                     row, line = on_torus(first_x + i, size), on_torus(first_y + j, size)
-                    ahead, beyond = c * dx + s * dy, c * dy - s * dx
                     if not (
                         ground[row, line] > NEVER_SEEN
                         and math.sqrt(dx * dx + dy * dy) < STEEP_WITHIN * cell
-                        and (
-                            _too_steep(sensor, rays, first, right, ahead, beyond)
-                            or _too_steep(sensor, rays, last - 1, left, ahead, beyond)
-                        )
+                        and _too_steep(sensor, rays, first, last, right, left, c * dx + s * dy, c * dy - s * dx)
                     ):
                         ground[row, line] = FREE_GROUND
                 passed = 1
@@ -198,17 +194,19 @@ def _first_echo(ground, given, rays, n, end, mount_x, mount_y, c, s):  # type: i
 
 
 @compiled_only
-def _too_steep(sensor, rays, edge, near, ahead, left):  # type: ignore[no-untyped-def]
-    """Whether a surface may be at (ahead, left) [m] from a sensor and give no echo, as it is too steep.
+def _too_steep(sensor, rays, first, last, right, left, x, y):  # type: ignore[no-untyped-def]
+    """Whether a surface may be at (x, y) [m] from a sensor and give no echo, as it is too steep.
 
-    It comes in at an ``edge`` of the cone, which is a ray, at ``near`` [m] or farther, at less than 90° less the
-    incidence angle; a convex one lies behind its tangent there.
+    It comes in at an edge of the cone, its first or last ray, at ``right`` or ``left`` [m] or farther, at less than 90°
+    less the incidence angle; a convex one lies behind its tangent there.
     """
     sine = sensor.cos_incidence
     cosine = math.sqrt(1 - sine * sine)
-    along = rays[0, edge] * ahead + rays[1, edge] * left
-    across = abs(rays[0, edge] * left - rays[1, edge] * ahead)
-    return near * sine <= along * sine - across * cosine
+    for edge, near in ((first, right), (last - 1, left)):
+        along, across = rays[0, edge] * x + rays[1, edge] * y, abs(rays[0, edge] * y - rays[1, edge] * x)
+        if near * sine <= along * sine - across * cosine:
+            return True
+    return False
 
 
 @compiled_only
