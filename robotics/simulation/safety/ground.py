@@ -19,7 +19,8 @@ RAY_HALF = 0.36  # cells from a ray to the middle of a cell: half of what lies b
 NEVER_SEEN, FREE_GROUND = 0, -1  # a cell; above 0: the period of an echo from there, plus 1
 OF_ROBOT, OF_MOVING = -2, -3  # minus twice that: it was of a robot that was heard, or of what has moved: it soon fades
 FADES_AFTER = 0.3  # s after the next look
-STEEP_WITHIN = 3.0  # cells from a sensor: up to there what is too steep for an echo is looked for
+STEEP_WITHIN = 3.0  # cells from a sensor: up to there what is too steep for an echo is looked for,
+STEEP_BESIDE = 1.0  # and where it comes into the cone: so many cells outside its edge
 _TWO = 64  # more than a row has cells: two of its columns are one number
 
 
@@ -151,10 +152,10 @@ def set_free(ground, window, given, near, sensor, rays, first, last, reading, x,
     end = sees - max(off, RAY_HALF * cell)
     mount_x, mount_y = x + c * sensor.x - s * sensor.y, y + s * sensor.x + c * sensor.y
     step, beside, far = RAY_STEP * cell, RAY_HALF * cell, end * end
-    right, left = math.inf, math.inf  # m: to the first echo that the map has at each edge of the cone
+    right, left = math.inf, math.inf  # m: to the first echo that the map has beside each edge of the cone
     if sensor.sin_half > 0 and sensor.cos_incidence > 0:
-        right = _first_echo(ground, given, rays, first, end, mount_x, mount_y, c, s) - cell
-        left = _first_echo(ground, given, rays, last - 1, end, mount_x, mount_y, c, s) - cell
+        right = _first_echo(ground, given, rays, first, -1, end, mount_x, mount_y, c, s) - cell
+        left = _first_echo(ground, given, rays, last - 1, 1, end, mount_x, mount_y, c, s) - cell
     for n in range(first, last):
         ux, uy = c * rays[0, n] - s * rays[1, n], s * rays[0, n] + c * rays[1, n]
         r = 0.0
@@ -180,10 +181,15 @@ def set_free(ground, window, given, near, sensor, rays, first, last, reading, x,
 
 
 @compiled_only
-def _first_echo(ground, given, rays, n, end, mount_x, mount_y, c, s):  # type: ignore[no-untyped-def]
-    """How far [m] along the ``n``-th ray from a mount, up to ``end``, the map has an echo of what stands."""
+def _first_echo(ground, given, rays, n, side, end, mount_x, mount_y, c, s):  # type: ignore[no-untyped-def]
+    """How far [m] along the ``n``-th ray from a mount, up to ``end``, the map has an echo of what stands beside it.
+
+    The ``side`` is 1 to the left, -1 to the right: what comes into the cone there is outside it, too.
+    """
     cell, size = given.cell, ground.shape[0]
     ux, uy = c * rays[0, n] - s * rays[1, n], s * rays[0, n] + c * rays[1, n]
+    aside = side * STEEP_BESIDE * cell
+    mount_x, mount_y = mount_x - aside * uy, mount_y + aside * ux
     r = 0.0
     while r <= min(end, STEEP_WITHIN * cell):
         i, j = math.floor((mount_x + r * ux) / cell), math.floor((mount_y + r * uy) / cell)

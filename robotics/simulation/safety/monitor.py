@@ -49,6 +49,7 @@ SLOWED = (1.0, 0.7, 0.45, 0.25, 0.12)  # of an order, along the same arc
 SPOT = (1.0, 0.3)  # of its turn rate, on the spot; of its speed, straight on
 BACK = 0.1  # of its highest speed: how fast it goes back where it cannot turn
 FALLBACKS = len(SLOWED) + 2 * len(SPOT) + 1
+NOTHING, GROUND, ROBOT = 0, 1, 2  # what bars a way
 _LONGEST = 1000  # steps of 10 ms of a foreseen way
 _NEARLY = 5e-4  # m: a robot that goes no farther than this stands
 _WANTS = 1e-3  # m/s: who wants to drive no faster wants to stand
@@ -199,17 +200,19 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         bound_v = min(max(wish_v, backwards), fastest / given.overshoot)
         bound_w = min(max(wish_w, -turn / given.overshoot), turn / given.overshoot)
         room = room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, 0.0) - _ROBOTS_APART
-    v, w, n = bound_v, bound_w, 0
+    v, w, n, bars = bound_v, bound_w, 0, NOTHING
     stands = wish_v == 0 and wish_w == 0 and robot.v == 0 and robot.w == 0
     if not stands:
         nearest = min(room, 0.0)  # m: the room to other robots, where it is less than it should be
         if guard.sees == 1:
             find_barred(guard.ground[lane], guard.window[lane], given, guard.barred, k + 1, period)
         while n < FALLBACKS:
-            v, w = tried(n, bound_v, bound_w, given, backwards)
+            v, w = tried(n, bound_v, bound_w, given, backwards, bars == GROUND)
             v, w = unseen_held(given, v, w)
-            if _clear(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest):
-                break
+            if n == 0 or abs(v) + abs(w) * given.radius > ACTS:  # to stand is last
+                bars = _barrier(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest)
+                if bars == NOTHING:
+                    break
             n += 1
         if n == FALLBACKS:
             v, w = 0.0, 0.0
@@ -249,10 +252,11 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
 
 
 @compiled_only
-def tried(n, v, w, given, backwards):  # type: ignore[no-untyped-def]
+def tried(n, v, w, given, backwards, by_ground):  # type: ignore[no-untyped-def]
     """What is tried in the ``n``-th place instead of an order (v, w); ``backwards`` [m/s] it may go at most.
 
-    The same arc, turning on the spot, straight on; and back, to have room to turn.
+    The same arc, turning on the spot, straight on; and back, to have room to turn, or away ``by_ground`` that bars the
+    way: an echo that no sensor sees past from here.
     """
     arcs, spots = len(SLOWED), len(SPOT)
     if n < arcs:
@@ -261,7 +265,8 @@ def tried(n, v, w, given, backwards):  # type: ignore[no-untyped-def]
         return 0.0, SPOT[n - arcs] * w
     if n < arcs + spots + len(SPOT):
         return SPOT[n - arcs - spots] * v, 0.0
-    return (max(-BACK * given.limit.v_max, backwards) if abs(w) * given.radius > abs(v) else 0.0), 0.0
+    away = (by_ground and v > 0) or abs(w) * given.radius > abs(v)
+    return (max(-BACK * given.limit.v_max, backwards) if away else 0.0), 0.0
 
 
 @compiled_only
@@ -340,25 +345,26 @@ def _turns_back(guard, lane, k, period, robot, half, order_v, order_w):  # type:
 
 
 @compiled_only
-def _clear(guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest):  # type: ignore[no-untyped-def]
-    """Whether the foreseen way is clear: the orders on their way, this one for a period, and a stop.
+def _barrier(guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest):  # type: ignore[no-untyped-def]
+    """What bars the foreseen way: the orders on their way, this one for a period, and a stop.
 
     Where a wheel turns back, what goes farthest one way is not what goes farthest the other way: all four ways between
     which the robot goes have to be clear.
     """
     if not _turns_back(guard, lane, k, period, robot, given.limit.half_axle, order_v, order_w):
-        return _way_clear(guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, 0, 0)
+        return _way_barrier(guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, 0, 0)
     for right in range(-1, 2, 2):
         for left in range(-1, 2, 2):
-            if not _way_clear(
+            bars = _way_barrier(
                 guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, right, left
-            ):
-                return False
-    return True
+            )
+            if bars != NOTHING:
+                return bars
+    return NOTHING
 
 
 @compiled_only
-def _way_clear(  # type: ignore[no-untyped-def]
+def _way_barrier(  # type: ignore[no-untyped-def]
     guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, side_right, side_left
 ):
     """The same of the way on which the wheels go farthest to these sides."""
@@ -400,17 +406,17 @@ def _way_clear(  # type: ignore[no-untyped-def]
                     guard.ground[lane], guard.window[lane], given, guard.barred, x, y, c, s, now_x, now_y, now_c, now_s,
                     from_x, from_y, from_c, from_s, given.least + gone * off, time, period, k + 1, ahead < 0,
                 ):  # fmt: skip
-                    return False
+                    return GROUND
                 from_x, from_y, from_c, from_s = x, y, c, s
             if guard.air.values > 0:
                 x, y = robot.x + own_c * ahead - own_s * left, robot.y + own_s * ahead + own_c * left
                 free = room_to_robots(guard, lane, robots, x, y, robot.heading + turn, time) - _ROBOTS_APART
                 # Where there is less room than there should be, it keeps what it has.
                 if free < (gone * off if nearest >= 0 else nearest - 1e-9) or free == -math.inf:
-                    return False
+                    return ROBOT
         if stands:
-            return True
-    return False
+            return NOTHING
+    return GROUND
 
 
 @without_refcounts
