@@ -5,7 +5,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -16,6 +16,7 @@ from robotics.world.vehicle.plant import STEP, Plant, TruthColumns, initial_stat
 from robotics.world.vehicle.robot import Robot
 
 AT_REST = 0.02  # m/s: a robot of which no point is faster stands
+CREEPS = 0.85  # of that: told to drive so slowly it stands, with all that wheels overshoot and encoders' steps turn it
 DEVIATIONS = 3.5  # standard deviations by which a reading, or a posture, is off at most
 OVERSHOOT = 1.06  # a wheel turns no faster than this share of what was commanded
 WINDOW_CELLS = 48  # of the ground that a robot remembers, along x and along y
@@ -24,6 +25,7 @@ UNHEARD = 1e-5  # the probability with which a robot is not heard within the sta
 SPARE = 1.05  # the stopping model goes so much farther than the plant
 _STEPS = 400  # of 10 ms: by then every robot stands
 _SPEEDS = np.linspace(0.1, 1.0, 10)  # of the highest: from where it is stopped
+GENTLE = 0.7  # of how hard wheels brake: where orders fall no faster, none of them swings back
 STOP_NEAR = 0.02  # of the turning circle: by so much the model may go less far
 _BESIDE = np.array([0.0, 0.5, 1.0])  # of what its wheels have left: how it turns, or drives, beside that
 
@@ -69,12 +71,17 @@ class StoppingModel:
 
 
 @cache
-def stopping(robot: Robot, kinematic: bool = False) -> StoppingModel:
+def stopping(robot: Robot, kinematic: bool = False, gentle: bool = False) -> StoppingModel:
     """The model of a robot's stop: the shortest lag that its plant keeps from any motion.
 
     The plant, with wheel loops, motors and friction, is braked from sixty motions; the model goes SPARE times as far.
-    A ``kinematic`` plant stops at once, within the bounds of its command.
+    A ``kinematic`` plant stops at once, within the bounds of its command. In a ``gentle`` stop commands fall so that no
+    wheel swings back.
     """
+    if gentle:
+        hard = stopping(robot, kinematic)
+        rate = GENTLE * hard.braking
+        return replace(hard, v_rate=min(hard.v_rate, rate), w_rate=min(hard.w_rate, rate / robot.half_axle))
     rates = robot.v_rate_max or math.inf, robot.w_rate_max or math.inf
     if kinematic:
         return StoppingModel(0.0, math.inf, *rates)
@@ -122,8 +129,11 @@ def _braked(robot: Robot) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarra
 
 
 @cache
-def stopping_time(robot: Robot, kinematic: bool = False) -> float:
+def stopping_time(robot: Robot, kinematic: bool = False, gentle: bool = False) -> float:
     """The time [s] from the command to stop until a robot stands, from its fastest motions."""
+    if gentle:
+        model = stopping(robot, kinematic, gentle)
+        return stopping_time(robot, kinematic) + max(robot.v_max / model.v_rate, robot.w_max / model.w_rate)
     if kinematic:
         rates = (robot.v_max / (robot.v_rate_max or math.inf), robot.w_max / (robot.w_rate_max or math.inf))
         return max(rates)

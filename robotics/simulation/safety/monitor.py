@@ -201,6 +201,7 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         bound_w = min(max(wish_w, -turn / given.overshoot), turn / given.overshoot)
         room = room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, 0.0) - _ROBOTS_APART
     v, w, n, bars = bound_v, bound_w, 0, NOTHING
+    last_v, last_w = guard.sent[(k - 1) % len(guard.sent), 0, lane], guard.sent[(k - 1) % len(guard.sent), 1, lane]
     stands = wish_v == 0 and wish_w == 0 and robot.v == 0 and robot.w == 0
     if not stands:
         nearest = min(room, 0.0)  # m: the room to other robots, where it is less than it should be
@@ -208,14 +209,14 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
             find_barred(guard.ground[lane], guard.window[lane], given, guard.barred, k + 1, period)
         while n < FALLBACKS:
             v, w = tried(n, bound_v, bound_w, given, backwards, bars == GROUND)
-            v, w = unseen_held(given, v, w)
+            v, w = bounded_behind(given, v, w, last_v, last_w, period)
             if n == 0 or abs(v) + abs(w) * given.radius > ACTS:  # to stand is last
                 bars = _barrier(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest)
                 if bars == NOTHING:
                     break
             n += 1
         if n == FALLBACKS:
-            v, w = 0.0, 0.0
+            v, w = bounded_behind(given, 0.0, 0.0, last_v, last_w, period)
     if team:
         # Of two that block each other, the one with the lower number goes on wanting.
         gives_way = n > 0 and lane % robots > 0
@@ -270,15 +271,22 @@ def tried(n, v, w, given, backwards, by_ground):  # type: ignore[no-untyped-def]
 
 
 @compiled_only
-def unseen_held(given, v, w):  # type: ignore[no-untyped-def]
-    """An order by which no point of the rear edge goes back, where nothing looks behind; or the robot stands by it."""
+def bounded_behind(given, v, w, last_v, last_w, period):  # type: ignore[no-untyped-def]
+    """An order by which no point of the rear edge goes back, where nothing looks behind; or the robot stands by it.
+
+    It is near the last one: wheels that brake harder swing back.
+    """
     if given.back > CREEP:
         return v, w
+    change, turn = given.stop.v_rate * period, given.stop.w_rate * period
+    v = min(max(v, last_v - change), last_v + change)
     if v < 0:
         less = min(given.back / (abs(w) * given.radius - v), 1.0)
-        return less * v, less * w
-    most = max(v / given.half_width, (given.back - v) / given.radius)
-    return v, min(max(w, -most), most)
+        v, w = less * v, less * w
+    else:
+        most = max(v / given.half_width, (given.back - v) / given.radius)
+        w = min(max(w, -most), most)
+    return v, min(max(w, last_w - turn), last_w + turn)
 
 
 @compiled_only

@@ -54,6 +54,8 @@ def given_rows(robot: Robot, setting: Setting, number: int, fresh: float) -> lis
     """The numbers of GuardColumns of one robot, the ``number``-th; its sensors look every ``fresh`` [s] at least."""
     kinematic = setting.plant == "kinematic"
     place, turned = assumed.posture_spread(setting)[number]
+    back = back_speed(robot, setting.sensors[number], setting)
+    stop = assumed.stopping(robot, kinematic, back <= assumed.AT_REST)
     return GuardColumns.stacked(
         {
             "half_length": robot.length / 2,
@@ -62,14 +64,14 @@ def given_rows(robot: Robot, setting: Setting, number: int, fresh: float) -> lis
             "cell": assumed.cell_size(robot),
             "least": assumed.least_gap(robot),
             "others": assumed.fastest_other(setting),
-            "back": min(back_speed(robot, setting.sensors[number], setting), _AT_ONCE),
+            "back": min(back, _AT_ONCE),
             "fresh": fresh,
             "place": place,
             "turned": turned,
             "latency": setting.latency,
             "overshoot": 1.0 if kinematic else assumed.OVERSHOOT,
             "limit": velocity_limits([robot])[:, 0].tolist(),
-            "stop": [min(value, _AT_ONCE) for value in astuple(assumed.stopping(robot, kinematic))],
+            "stop": [min(value, _AT_ONCE) for value in astuple(stop)],
         }
     )
 
@@ -120,7 +122,10 @@ def opened_guard(
             begin[lane], end[lane] = firsts[kind], firsts[kind + 1]
     cell = min((assumed.cell_size(robot) for robot in robots), default=1.0)
     rays, first_ray = rays_of(sensors, assumed.WINDOW_CELLS / 2 * cell, cell)
-    stops = max(assumed.stopping_time(robot, setting.plant == "kinematic") for robot in robots)
+    stops = max(
+        assumed.stopping_time(robot, setting.plant == "kinematic", back_speed(robot, own, setting) <= assumed.AT_REST)
+        for robot, own in zip(robots, setting.sensors, strict=True)
+    )
     delay = assumed.radio_delay(setting.radio, period)
     holds = delay + setting.latency + period + stops
     keeps = math.ceil(holds / period) + 1 if air.values else 1

@@ -55,7 +55,8 @@ def covered_speed(
     """
     old = max((sensor.period for sensor in sensors.values()), default=0.0)
     room = _seen_way(robot, tuple(sensors.values()), backwards)
-    model = assumed.stopping(robot, setting.plant == "kinematic")
+    gentle = not backwards and back_speed(robot, sensors, setting) <= assumed.AT_REST
+    model = assumed.stopping(robot, setting.plant == "kinematic", gentle)
     speeds = np.linspace(0.0, min(robot.v_max, robot.wheel_speed_limit), 200)
     ways = [v * (setting.period + setting.latency + old) + model.distance(v) for v in speeds.tolist()]
     return float(speeds[np.searchsorted(ways, room, side="right") - 1])
@@ -65,7 +66,7 @@ def back_speed(robot: Robot, sensors: Mapping[str, RangeSensor], setting: Settin
     """How fast [m/s] the robot may go back: as covered, where things move; it stands if it is slower than AT_REST."""
     if assumed.fastest_other(setting) == 0:
         return math.inf
-    return max(covered_speed(robot, sensors, setting, backwards=True), assumed.AT_REST / assumed.OVERSHOOT)
+    return max(covered_speed(robot, sensors, setting, backwards=True), assumed.CREEPS * assumed.AT_REST)
 
 
 @cache
