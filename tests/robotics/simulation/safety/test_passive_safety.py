@@ -127,6 +127,45 @@ def test_the_stopping_model_goes_as_far_as_the_plant_from_any_motion(name):
     assert (way > 0.5 * foreseen[0] - 0.01).mean() > 0.8  # and not so much farther that it forbids everything
 
 
+@pytest.mark.parametrize("name", ["etsro", "pioneer-3dx"])
+def test_orders_that_fall_gently_swing_no_end_of_the_rear_edge_back_where_hard_brakes_do(name):
+    robot, rng = load_robot(name).robot, np.random.default_rng(2)
+    v = rng.uniform(0.1, 1, 60) * min(robot.v_max, robot.wheel_speed_limit)
+    w = rng.uniform(0, 1, 60) * np.minimum(2 * v / robot.width, (robot.wheel_speed_limit - v) / robot.half_axle)
+    plant, model = Plant(np.repeat(parameters(robot)[:, None], 60, axis=1), steps=5), stopping(robot, gentle=True)
+    begin, least = initial_state(np.zeros((60, 3))), []
+    for _ in range(60):
+        begin = plant.advance(begin, np.stack([v, w]), np.stack([v, w]), 0, "velocity")
+    for gentle in (True, False):
+        state, order, back = begin.copy(), np.stack([v, w]), 0.0
+        for _ in range(60):
+            less = np.array([[model.v_rate], [model.w_rate]]) * 0.05 if gentle else inf
+            order = np.maximum(order - less, 0.0)
+            state = plant.advance(state, order, order, 0, "velocity")
+            now = TruthColumns(state)
+            back = min(back, float((now.v - np.abs(now.w) * robot.width / 2).min()))
+        least.append(back)
+    assert least[0] > -0.025
+    assert least[1] < -0.1
+
+
+def test_where_nothing_looks_behind_among_what_moves_orders_fall_gently():
+    setting, _ = DISC.drawn(range(6), "etsro")
+    change = 0.05 * stopping(setting.robots[0], gentle=True).v_rate
+    for others_speed, gently in ((None, True), (0.0, False)):
+        simulation = Simulation(replace(setting, others_speed=others_speed), RAGING, tuple(range(6)))
+        orders = np.array([simulation.lanes.order[0].copy() for _ in simulation.periods()])
+        assert orders.max() > 0.5
+        assert (np.diff(orders, axis=0).min() >= -change - 1e-9) == gently
+
+
+@pytest.mark.parametrize(("seed", "kind", "robots"), [(19, "U", 1), (30552, "A", 3)])
+def test_a_robot_backs_away_before_it_stands_for_ever(seed, kind, robots):
+    """Where it may not turn, beside a trap's end; and from an echo between the two cones ahead, which see it no more."""
+    law, lanes = "fuzzy-team:safe=yes", "crossing" if robots > 1 else "beside"
+    assert stress_obstacles(law, [seed], kind, robots, lanes=lanes).succeeded.all()
+
+
 # Each assumption, broken -----------------------------------------------------------------------------------------
 
 
