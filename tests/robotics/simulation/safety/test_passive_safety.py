@@ -161,7 +161,7 @@ def test_where_nothing_looks_behind_among_what_moves_orders_fall_gently():
 
 @pytest.mark.parametrize(("seed", "kind", "robots"), [(19, "U", 1), (30552, "A", 3)])
 def test_a_robot_backs_away_before_it_stands_for_ever(seed, kind, robots):
-    """Where it may not turn, beside a trap's end; and from an echo between the two cones ahead, which see it no more."""
+    """Where it may not turn, beside a trap's end; and from an echo between the two cones ahead, that see it no more."""
     law, lanes = "fuzzy-team:safe=yes", "crossing" if robots > 1 else "beside"
     assert stress_obstacles(law, [seed], kind, robots, lanes=lanes).succeeded.all()
 
