@@ -199,7 +199,8 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         backwards = max(backwards, slowest / given.overshoot)
         bound_v = min(max(wish_v, backwards), fastest / given.overshoot)
         bound_w = min(max(wish_w, -turn / given.overshoot), turn / given.overshoot)
-        room = room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, 0.0) - _ROBOTS_APART
+        body = given.half_length, given.half_width, given.radius
+        room = room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, body, 0.0, 1.0) - _ROBOTS_APART
     v, w, n, bars = bound_v, bound_w, 0, NOTHING
     last_v, last_w = guard.sent[(k - 1) % len(guard.sent), 0, lane], guard.sent[(k - 1) % len(guard.sent), 1, lane]
     stands = wish_v == 0 and wish_w == 0 and robot.v == 0 and robot.w == 0
@@ -384,6 +385,7 @@ def _way_barrier(  # type: ignore[no-untyped-def]
     now_c, now_s = math.cos(now), math.sin(now)
     from_x, from_y, from_c, from_s = now_x, now_y, now_c, now_s  # where it was looked at before
     own_c, own_s = math.cos(robot.heading), math.sin(robot.heading)
+    body = given.half_length, given.half_width, given.radius
     for _ in range(_LONGEST):
         to_v, to_w = in_force(guard, lane, k, period, time, order_v, order_w)
         held_v, held_w = next_held(stop.v_rate, held_v, to_v), next_held(stop.w_rate, held_w, to_w)
@@ -418,7 +420,7 @@ def _way_barrier(  # type: ignore[no-untyped-def]
                 from_x, from_y, from_c, from_s = x, y, c, s
             if guard.air.values > 0:
                 x, y = robot.x + own_c * ahead - own_s * left, robot.y + own_s * ahead + own_c * left
-                free = room_to_robots(guard, lane, robots, x, y, robot.heading + turn, time) - _ROBOTS_APART
+                free = room_to_robots(guard, lane, robots, x, y, robot.heading + turn, body, time, 1.0) - _ROBOTS_APART
                 # Where there is less room than there should be, it keeps what it has.
                 if free < (gone * off if nearest >= 0 else nearest - 1e-9) or free == -math.inf:
                     return ROBOT

@@ -141,21 +141,22 @@ def gap_between(dx, dy, heading, mine, other, theirs, spare, turned):  # type: i
 
 
 @compiled_only
-def apart(given, other, heard, x, y, heading, late):  # type: ignore[no-untyped-def]
-    """The gap [m] between a body and all that another robot can cover by then; minus infinite: they may overlap.
+def apart(given, other, heard, x, y, heading, body, late, unsure):  # type: ignore[no-untyped-def]
+    """The gap [m] between a rectangle and all that another robot can cover by then; minus infinite: they may overlap.
 
     Args:
         given: GuardColumns of the robot.
         other: GuardColumns of the other.
         heard: HeardPosture: what the robot has heard of it.
-        x, y, heading: The body, as the robot measures its own.
+        x, y, heading: The middle of the rectangle, as the robot measures its own place.
+        body: Half its length, width and diagonal [m].
         late: In how many seconds it is there.
+        unsure: 1: the gap is less by what the measured places may be off; 0: it is not.
     """
     half, wide, middle = covered(other, heard.fastest, heard.slowest, heard.turn, heard.grows, heard.age + late)
     dx, dy = heard.x + math.cos(heard.heading) * middle - x, heard.y + math.sin(heard.heading) * middle - y
-    mine = (given.half_length, given.half_width, given.radius)
-    theirs = (half, wide, math.sqrt(half * half + wide * wide))
-    return gap_between(dx, dy, heading, mine, heard.heading, theirs, given.place + other.place, given.turned)
+    theirs, off = (half, wide, math.sqrt(half * half + wide * wide)), unsure * (given.place + other.place)
+    return gap_between(dx, dy, heading, body, heard.heading, theirs, off, unsure * given.turned)
 
 
 @compiled_only
@@ -181,33 +182,25 @@ def is_a_robot(guard, lane, robots, robot, sensor, reading):  # type: ignore[no-
 
 
 @compiled_only
-def room_to_robots(guard, lane, robots, x, y, heading, late):  # type: ignore[no-untyped-def]
-    """The least gap [m] of a body to the robots heard within the stated delay; arguments as of :func:`apart`."""
+def room_to_robots(guard, lane, robots, x, y, heading, body, late, unsure):  # type: ignore[no-untyped-def]
+    """The least gap [m] of a rectangle to the robots heard within the stated delay; arguments as of :func:`apart`."""
     given, first, least = GuardColumns(guard.given, lane), lane - lane % robots, math.inf
     for j in range(robots):
         heard = HeardPosture(guard.air.heard, lane, j)
         if first + j != lane and heard.age <= guard.delay:
             other = GuardColumns(guard.given, first + j)
-            least = min(least, apart(given, other, heard, x, y, heading, late))
+            least = min(least, apart(given, other, heard, x, y, heading, body, late, unsure))
     return least
 
 
 @compiled_only
 def room_beside(guard, lane, robots, robot, fastest, slowest, turn, grows):  # type: ignore[no-untyped-def]
     """The least gap [m] between what a robot may soon cover by such a promise, and what the others may have by now."""
-    given, first, least = GuardColumns(guard.given, lane), lane - lane % robots, math.inf
+    given = GuardColumns(guard.given, lane)
     half, wide, middle = covered(given, fastest, slowest, turn, grows, SPARE_TIME * guard.holds)
-    mine = (half, wide, math.sqrt(half * half + wide * wide))
     x, y = robot.x + math.cos(robot.heading) * middle, robot.y + math.sin(robot.heading) * middle
-    for j in range(robots):
-        heard = HeardPosture(guard.air.heard, lane, j)
-        if first + j != lane and heard.age <= guard.delay:
-            other = GuardColumns(guard.given, first + j)
-            far, across, at = covered(other, heard.fastest, heard.slowest, heard.turn, heard.grows, heard.age)
-            dx, dy = heard.x + math.cos(heard.heading) * at - x, heard.y + math.sin(heard.heading) * at - y
-            theirs = (far, across, math.sqrt(far * far + across * across))
-            least = min(least, gap_between(dx, dy, robot.heading, mine, heard.heading, theirs, 0.0, 0.0))
-    return least
+    mine = (half, wide, math.sqrt(half * half + wide * wide))
+    return room_to_robots(guard, lane, robots, x, y, robot.heading, mine, 0.0, 0.0)
 
 
 @compiled_only

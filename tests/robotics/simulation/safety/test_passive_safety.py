@@ -398,8 +398,9 @@ def test_what_moves_may_not_come_nearer_on_any_part_of_a_way_and_what_stands_not
 
 @kernel
 def gap_to(given, heard, x, y, heading, late):
-    other = GuardColumns(given, 1)
-    return apart(GuardColumns(given, 0), other, HeardPosture(heard, 0, 0), x, y, heading, late)
+    mine, other = GuardColumns(given, 0), GuardColumns(given, 1)
+    body = mine.half_length, mine.half_width, mine.radius
+    return apart(mine, other, HeardPosture(heard, 0, 0), x, y, heading, body, late, 1.0)
 
 
 @pytest.mark.parametrize("turned", [0.0, 0.1])
