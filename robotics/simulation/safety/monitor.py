@@ -49,7 +49,7 @@ SLOWED = (1.0, 0.7, 0.45, 0.25, 0.12)  # of an order, along the same arc
 SPOT = (1.0, 0.3)  # of its turn rate, on the spot; of its speed, straight on
 BACK = 0.1  # of its highest speed: how fast it goes back where it cannot turn
 FALLBACKS = len(SLOWED) + 2 * len(SPOT) + 1
-NOTHING, GROUND, ROBOT = 0, 1, 2  # what bars a way
+NOTHING, GROUND, ROBOT = 0.0, 1.0, 2.0  # what bars a way
 _LONGEST = 1000  # steps of 10 ms of a foreseen way
 _NEARLY = 5e-4  # m: a robot that goes no farther than this stands
 _WANTS = 1e-3  # m/s: who wants to drive no faster wants to stand
@@ -385,7 +385,6 @@ def _way_barrier(  # type: ignore[no-untyped-def]
     now_c, now_s = math.cos(now), math.sin(now)
     from_x, from_y, from_c, from_s = now_x, now_y, now_c, now_s  # where it was looked at before
     own_c, own_s = math.cos(robot.heading), math.sin(robot.heading)
-    body = given.half_length, given.half_width, given.radius
     for _ in range(_LONGEST):
         to_v, to_w = in_force(guard, lane, k, period, time, order_v, order_w)
         held_v, held_w = next_held(stop.v_rate, held_v, to_v), next_held(stop.w_rate, held_w, to_w)
@@ -419,6 +418,7 @@ def _way_barrier(  # type: ignore[no-untyped-def]
                     return GROUND
                 from_x, from_y, from_c, from_s = x, y, c, s
             if guard.air.values > 0:
+                body = given.half_length, given.half_width, given.radius
                 x, y = robot.x + own_c * ahead - own_s * left, robot.y + own_s * ahead + own_c * left
                 free = room_to_robots(guard, lane, robots, x, y, robot.heading + turn, body, time, 1.0) - _ROBOTS_APART
                 # Where there is less room than there should be, it keeps what it has.
