@@ -252,8 +252,8 @@ def broken_assumption(setting: Setting, driver: Law[Any], seeds: range, faults: 
     last, touching, touched = None, np.zeros(len(since), dtype=bool), np.zeros(len(since), dtype=bool)
     for k, _ in simulation.periods():
         begun = ~np.isnan(since) & ~touching
-        if tally.caused[run].any() and touched[begun].any():
-            return "overlapped"
+        if tally.caused[run].any() and (touched[begun].any() if begun.any() else touched.any()):
+            return "overlapped"  # where none begun is left it was for a hair, within a period
         touching = ~np.isnan(since)
         touched |= touching
         if setting.world is None:

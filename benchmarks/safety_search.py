@@ -5,6 +5,7 @@
 
 Two robots are given twelve orders each, among two boxes and, where their sensors see all round, a disc that moves. The
 cost is the least gap [m] that a robot's own motion made smaller, all else held where it was; 0 or less is a contact.
+It is judged until something has run into the robot: a disc then passes into its body, which no real one does.
 """
 
 import argparse
@@ -112,13 +113,15 @@ class Search:
         law = Scripted(script=script, seconds=SECONDS / ORDERS, safe=self.safe)
         simulation = Simulation(setting, law, tuple(range(seed, seed + runs)))
         sizes, least, before = footprints(setting.robots), np.full(runs, np.inf), None
+        untouched = np.ones((runs, 2), dtype=bool)
         for k, _ in simulation.periods():
             now = TruthColumns(simulation.rows(simulation.lanes.body.truth).copy())
             here = Geometry(*world.at(k * setting.period))
             if before is not None:
                 moves = np.abs(before[0].v) + robot.turning_circle * np.abs(before[0].w) > MOVES
                 for i in range(2):
-                    least = np.minimum(least, self._into(before, now, sizes, i, moves[:, i]))
+                    least = np.minimum(least, self._into(before, now, sizes, i, moves[:, i] & untouched[:, i]))
+            untouched &= obstacle_clearance(now.x, now.y, now.heading, sizes, here) > 0
             before = now, here
         return least
 
