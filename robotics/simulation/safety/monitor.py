@@ -49,7 +49,7 @@ SLOWED = (1.0, 0.7, 0.45, 0.25, 0.12)  # of an order, along the same arc
 SPOT = (1.0, 0.3)  # of its turn rate, on the spot; of its speed, straight on
 BACK = 0.1  # of its highest speed: how fast it goes back where it cannot turn
 FALLBACKS = len(SLOWED) + 2 * len(SPOT) + 1
-NOTHING, GROUND, ROBOT = 0.0, 1.0, 2.0  # what bars a way
+NO_BARRIER, BY_GROUND, BY_ROBOT = 0.0, 1.0, 2.0  # what bars a way
 _LONGEST = 1000  # steps of 10 ms of a foreseen way
 _NEARLY = 5e-4  # m: a robot that goes no farther than this stands
 _WANTS = 1e-3  # m/s: who wants to drive no faster wants to stand
@@ -201,7 +201,7 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         bound_w = min(max(wish_w, -turn / given.overshoot), turn / given.overshoot)
         body = given.half_length, given.half_width, given.radius
         room = room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, body, 0.0, 1.0) - _ROBOTS_APART
-    v, w, n, bars = bound_v, bound_w, 0, NOTHING
+    v, w, n, bars = bound_v, bound_w, 0, NO_BARRIER
     last_v, last_w = guard.sent[(k - 1) % len(guard.sent), 0, lane], guard.sent[(k - 1) % len(guard.sent), 1, lane]
     stands = wish_v == 0 and wish_w == 0 and robot.v == 0 and robot.w == 0
     if not stands:
@@ -209,11 +209,11 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         if guard.sees == 1:
             find_barred(guard.ground[lane], guard.window[lane], given, guard.barred, k + 1, period)
         while n < FALLBACKS:
-            v, w = tried(n, bound_v, bound_w, given, backwards, bars == GROUND)
+            v, w = tried(n, bound_v, bound_w, given, backwards, bars == BY_GROUND)
             v, w = bounded_behind(given, v, w, last_v, last_w, period)
             if n == 0 or abs(v) + abs(w) * given.radius > ACTS:  # to stand is last
                 bars = _barrier(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest)
-                if bars == NOTHING:
+                if bars == NO_BARRIER:
                     break
             n += 1
         if n == FALLBACKS:
@@ -367,9 +367,9 @@ def _barrier(guard, lane, k, period, robots, odometry, robot, given, order_v, or
             bars = _way_barrier(
                 guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, right, left
             )
-            if bars != NOTHING:
+            if bars != NO_BARRIER:
                 return bars
-    return NOTHING
+    return NO_BARRIER
 
 
 @compiled_only
@@ -415,7 +415,7 @@ def _way_barrier(  # type: ignore[no-untyped-def]
                     guard.ground[lane], guard.window[lane], given, guard.barred, x, y, c, s, now_x, now_y, now_c, now_s,
                     from_x, from_y, from_c, from_s, given.least + gone * off, time, period, k + 1, ahead < 0,
                 ):  # fmt: skip
-                    return GROUND
+                    return BY_GROUND
                 from_x, from_y, from_c, from_s = x, y, c, s
             if guard.air.values > 0:
                 body = given.half_length, given.half_width, given.radius
@@ -423,10 +423,10 @@ def _way_barrier(  # type: ignore[no-untyped-def]
                 free = room_to_robots(guard, lane, robots, x, y, robot.heading + turn, body, time, 1.0) - _ROBOTS_APART
                 # Where there is less room than there should be, it keeps what it has.
                 if free < (gone * off if nearest >= 0 else nearest - 1e-9) or free == -math.inf:
-                    return ROBOT
+                    return BY_ROBOT
         if stands:
-            return NOTHING
-    return GROUND
+            return NO_BARRIER
+    return BY_GROUND
 
 
 @without_refcounts
