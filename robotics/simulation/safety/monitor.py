@@ -202,7 +202,8 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         body = given.half_length, given.half_width, given.radius
         room = room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, body, 0.0, 1.0) - _ROBOTS_APART
     v, w, n, bars = bound_v, bound_w, 0, NO_BARRIER
-    last_v, last_w = guard.sent[(k - 1) % len(guard.sent), 0, lane], guard.sent[(k - 1) % len(guard.sent), 1, lane]
+    before = (k + len(guard.sent) - 1) % len(guard.sent)
+    last_v, last_w = guard.sent[before, 0, lane], guard.sent[before, 1, lane]
     stands = wish_v == 0 and wish_w == 0 and robot.v == 0 and robot.w == 0
     if not stands:
         nearest = min(room, 0.0)  # m: the room to other robots, where it is less than it should be
