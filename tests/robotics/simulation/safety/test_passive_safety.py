@@ -13,6 +13,7 @@ from benchmarks.safety_search import Scripted, Search, search
 from fuzzy.compiled.jit import kernel
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting, TrueParameters
+from robotics.plugins.stress.lanes import Lanes
 from robotics.plugins.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble, stress_obstacles
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.loop import Simulation, record_run
@@ -162,8 +163,8 @@ def test_where_nothing_looks_behind_among_what_moves_orders_fall_gently():
 @pytest.mark.parametrize(("seed", "kind", "robots"), [(19, "U", 1), (30552, "A", 3)])
 def test_a_robot_backs_away_before_it_stands_for_ever(seed, kind, robots):
     """Where it may not turn, beside a trap's end; and from an echo between the two cones ahead, that see it no more."""
-    law, lanes = "fuzzy-team:safe=yes", "crossing" if robots > 1 else "beside"
-    assert stress_obstacles(law, [seed], kind, robots, lanes=lanes).succeeded.all()
+    lanes: Lanes = "crossing" if robots > 1 else "beside"
+    assert stress_obstacles("fuzzy-team:safe=yes", [seed], kind, robots, lanes=lanes).succeeded.all()
 
 
 # Each assumption, broken -----------------------------------------------------------------------------------------
