@@ -11,7 +11,7 @@ from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.simulation.safety import assumptions as assumed
 from robotics.simulation.safety.opening import is_guarded
-from robotics.simulation.safety.view import back_speed, covered_speed, seen
+from robotics.simulation.safety.view import back_speed, covered_speed, only_creeps_back, seen
 from robotics.world.sensing.sonar import RangeSensor
 from robotics.world.vehicle.robot import Robot
 
@@ -60,7 +60,7 @@ def _told(robot: Robot, sensors: Mapping[str, RangeSensor], setting: Setting) ->
         parts.append(f"the way ahead is seen at all speeds, up to {fast:.2f} m/s")
     if (back := back_speed(robot, sensors, setting)) < most - 0.01:
         parts.append(f"among what moves it goes back at {back:.2f} m/s at most")
-        if back <= assumed.AT_REST:
+        if only_creeps_back(robot, sensors, setting):
             parts.append("nor does an end of its rear edge go back faster in a turn")
     if robot.imperfections:
         has = listed([f"{name} {shown(value)}" for name, value in robot.imperfections.items()])

@@ -13,7 +13,7 @@ from robotics.simulation.safety import assumptions as assumed
 from robotics.simulation.safety.ground import GuardColumns
 from robotics.simulation.safety.monitor import MonitorLanes
 from robotics.simulation.safety.others import PostureMessage, PromiseColumns
-from robotics.simulation.safety.view import back_speed, beam_halves
+from robotics.simulation.safety.view import back_speed, beam_halves, only_creeps_back
 from robotics.world.environment.collision import footprints
 from robotics.world.environment.world import Geometry, Moving
 from robotics.world.radio.channel import Channel
@@ -54,8 +54,8 @@ def given_rows(robot: Robot, setting: Setting, number: int, fresh: float) -> lis
     """The numbers of GuardColumns of one robot, the ``number``-th; its sensors look every ``fresh`` [s] at least."""
     kinematic = setting.plant == "kinematic"
     place, turned = assumed.posture_spread(setting)[number]
-    back = back_speed(robot, setting.sensors[number], setting)
-    stop = assumed.stopping(robot, kinematic, back <= assumed.AT_REST)
+    own = setting.sensors[number]
+    stop = assumed.stopping(robot, kinematic, only_creeps_back(robot, own, setting))
     return GuardColumns.stacked(
         {
             "half_length": robot.length / 2,
@@ -64,7 +64,7 @@ def given_rows(robot: Robot, setting: Setting, number: int, fresh: float) -> lis
             "cell": assumed.cell_size(robot),
             "least": assumed.least_gap(robot),
             "others": assumed.fastest_other(setting),
-            "back": min(back, _AT_ONCE),
+            "back": min(back_speed(robot, own, setting), _AT_ONCE),
             "fresh": fresh,
             "place": place,
             "turned": turned,
@@ -123,7 +123,7 @@ def opened_guard(
     cell = min((assumed.cell_size(robot) for robot in robots), default=1.0)
     rays, first_ray = rays_of(sensors, assumed.WINDOW_CELLS / 2 * cell, cell)
     stops = max(
-        assumed.stopping_time(robot, setting.plant == "kinematic", back_speed(robot, own, setting) <= assumed.AT_REST)
+        assumed.stopping_time(robot, setting.plant == "kinematic", only_creeps_back(robot, own, setting))
         for robot, own in zip(robots, setting.sensors, strict=True)
     )
     delay = assumed.radio_delay(setting.radio, period)

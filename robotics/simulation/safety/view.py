@@ -55,7 +55,7 @@ def covered_speed(
     """
     old = max((sensor.period for sensor in sensors.values()), default=0.0)
     room = _seen_way(robot, tuple(sensors.values()), backwards)
-    gentle = not backwards and back_speed(robot, sensors, setting) <= assumed.AT_REST
+    gentle = not backwards and only_creeps_back(robot, sensors, setting)
     model = assumed.stopping(robot, setting.plant == "kinematic", gentle)
     speeds = np.linspace(0.0, min(robot.v_max, robot.wheel_speed_limit), 200)
     ways = [v * (setting.period + setting.latency + old) + model.distance(v) for v in speeds.tolist()]
@@ -67,6 +67,11 @@ def back_speed(robot: Robot, sensors: Mapping[str, RangeSensor], setting: Settin
     if assumed.fastest_other(setting) == 0:
         return math.inf
     return max(covered_speed(robot, sensors, setting, backwards=True), assumed.CREEPS * assumed.AT_REST)
+
+
+def only_creeps_back(robot: Robot, sensors: Mapping[str, RangeSensor], setting: Setting) -> bool:
+    """Whether it may go back only so slowly that it stands: it also brakes gently then, and turns no rear edge back."""
+    return back_speed(robot, sensors, setting) <= assumed.AT_REST
 
 
 @cache

@@ -35,7 +35,7 @@ from robotics.simulation.safety.view import covered_speed
 from robotics.simulation.scenario.robots import load_robot
 from robotics.studies.inspection import inspect_scenario
 from robotics.world.environment.collision import footprints, obstacle_clearance, rectangle_gap
-from robotics.world.environment.world import Disc, World, compile_worlds
+from robotics.world.environment.world import Disc, Geometry, World, compile_worlds
 from robotics.world.paths.path import Line
 from robotics.world.paths.trajectory import Timing
 from robotics.world.radio.description import Radio
@@ -210,6 +210,20 @@ def test_it_breaks_where_others_are_faster_than_stated():
     coming = replace(setting, world=compile_worlds(worlds))
     assert caused(coming, RAGING, 30) == 0
     assert caused(replace(coming, others_speed=0.0), RAGING, 30) > 5
+    assert met_in_motion(coming) <= 1  # one drives on past a disc that comes up beside it
+    assert met_in_motion(replace(coming, others_speed=0.0)) > 5
+
+
+def met_in_motion(setting: Setting) -> int:
+    """In how many runs a robot drives ahead when something first touches it."""
+    simulation, sizes = Simulation(setting, RAGING, tuple(range(30))), footprints(setting.robots)
+    speed = np.full(30, np.nan)
+    for k, _ in simulation.periods():
+        now = TruthColumns(simulation.rows(simulation.lanes.body.truth))
+        gap = obstacle_clearance(now.x, now.y, now.heading, sizes, Geometry(*setting.world.at(k * setting.period)))
+        speed = np.where((gap[:, 0] <= 0) & np.isnan(speed), now.v[:, 0], speed)
+    assert np.isfinite(speed).sum() > 5
+    return int((speed > 0.02).sum())
 
 
 BACK, ROUND = [[0.5, 0.0], [-0.5, 0.0], [-0.5, 0.0]], [[0.0, 0.0], [0.0, 2.5], [0.0, 2.5]]
