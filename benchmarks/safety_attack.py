@@ -6,10 +6,11 @@ One of the laws is the fuzzy team with other numbers in all of its rule bases, d
     python benchmarks/safety_attack.py 200 --without        # the same without: the job fails
     python benchmarks/safety_attack.py 200 --family discs --robot mir100
 
-Counted are contacts that robots caused: the motion of the robot alone leads to it, by more than 0.02 m/s. Told beside
-them are those in which what is assumed was broken before: with an obstacle that had given no echo for a second, as no
-cone of the robot's sensors met it, or too steeply (unseen), or not the part of it that touches (partly), or that had
-run into the robot before, and so into its body, which no real one does (overlapped).
+Counted are contacts that robots caused: the motion of the robot alone leads to it. Told beside them are those of a
+robot that moved, by more than 0.02 m/s (moving), and those in which what is assumed was broken before: with an obstacle
+that had given no echo for a second, as no cone of the robot's sensors met it, or too steeply (unseen), or not the part
+of it that touches (partly), or that had run into the robot before, and so into its body, which no real one does
+(overlapped).
 """
 
 import argparse
@@ -37,6 +38,7 @@ from robotics.plugins.stress.obstaclecourse import ObstacleOutcome, obstacle_ens
 from robotics.plugins.stress.outcome import StressOutcome
 from robotics.plugins.stress.tally import Tally, run_ensemble
 from robotics.simulation.loop import Simulation
+from robotics.simulation.safety.assumptions import AT_REST
 from robotics.simulation.safety.view import seen
 from robotics.simulation.scenario.robots import load_robot
 from robotics.world.environment.collision import footprints, obstacle_clearance
@@ -229,14 +231,28 @@ def attack(family: Family, robot: str, law: str, count: int, first: int, safe: S
     caused, touched = outcome.caused.any(axis=1), outcome.collided
     if isinstance(outcome, ObstacleOutcome):
         touched = touched | outcome.hit
-    guarded = np.flatnonzero(caused) if safe == "yes" else ()
-    broken = [broken_assumption(setting, driver, seeds, faults, run) for run in map(int, guarded)]
+    runs = list(map(int, np.flatnonzero(caused) if safe == "yes" else ()))
+    broken = [broken_assumption(setting, driver, seeds, faults, run) for run in runs]
+    moving = [contact_speed(setting, driver, seeds, faults, run) > AT_REST for run in runs]
     return {
         "family": family.name, "robot": robot, "law": law, "runs": count, "first": first, "safe": safe,
-        "caused": int(caused.sum()), **{name: broken.count(name) for name in BROKEN}, "touched": int(touched.sum()),
-        "seeds": np.array(outcome.seeds)[caused][:20].tolist(),
+        "caused": int(caused.sum()), "moving": sum(moving), **{name: broken.count(name) for name in BROKEN},
+        "touched": int(touched.sum()), "seeds": np.array(outcome.seeds)[caused][:20].tolist(),
         "seconds": round(time.perf_counter() - begin, 1),
     }  # fmt: skip
+
+
+def contact_speed(setting: Setting, driver: Law[Any], seeds: range, faults: Faults | None, run: int) -> float:
+    """How fast [m/s] the fastest point of a robot was that caused its contact, before or after that period."""
+    tally = Tally(setting, ObstacleOutcome.longest(setting, 0.0), 0, len(seeds))
+    simulation = Simulation(setting, driver, tuple(seeds), faults, observers=[tally.observer])
+    radii, now = np.array([robot.turning_circle for robot in setting.robots]), np.zeros(len(setting.robots))
+    for _ in simulation.periods():
+        truth = TruthColumns(simulation.rows(simulation.lanes.body.truth))
+        before, now = now, np.abs(truth.v[run]) + radii * np.abs(truth.w[run])
+        if tally.caused[run].any():
+            return float(np.maximum(before, now)[tally.caused[run]].max())
+    return 0.0
 
 
 def broken_assumption(setting: Setting, driver: Law[Any], seeds: range, faults: Faults | None, run: int) -> str:
@@ -307,7 +323,7 @@ def main() -> None:
     parser.add_argument("--law", choices=LAWS)
     parser.add_argument("--out", help="a file to which each row is added, as JSON")
     asked = parser.parse_args()
-    total, caused, broken = 0, 0, dict.fromkeys(BROKEN, 0)
+    total, caused, told = 0, 0, dict.fromkeys(("moving", *BROKEN), 0)
     for family, robot, law in product(FAMILIES, ROBOTS, LAWS):
         if asked.family not in (None, family.name) or asked.robot not in (None, robot) or asked.law not in (None, law):
             continue
@@ -319,9 +335,9 @@ def main() -> None:
             with Path(asked.out).open("a", encoding="utf-8") as file:
                 file.write(json.dumps(row) + "\n")
         total, caused = total + row["runs"], caused + row["caused"]
-        broken = {name: count + row[name] for name, count in broken.items()}
-    told = ", ".join(f"{count} of them {name}" for name, count in broken.items())
-    print(f"{caused} of {total} runs with a contact that a robot caused, {told}")
+        told = {name: count + row[name] for name, count in told.items()}
+    which = ", ".join(f"{count} of them {name}" for name, count in told.items())
+    print(f"{caused} of {total} runs with a contact that a robot caused, {which}")
 
 
 if __name__ == "__main__":

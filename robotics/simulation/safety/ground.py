@@ -19,7 +19,7 @@ RAY_HALF = 0.36  # cells from a ray to the middle of a cell: half of what lies b
 NEVER_SEEN, FREE_GROUND = 0, -1  # a cell; above 0: the period of an echo from there, plus 1
 OF_ROBOT, OF_MOVING = -2, -3  # minus twice that: it was of a robot that was heard, or of what has moved: it soon fades
 FADES_AFTER = 0.3  # s after the next look
-STEEP_WITHIN = 3.0  # cells from a sensor: up to there what is too steep for an echo is looked for,
+STEEP_WITHIN = 8.0  # cells from a sensor: up to there what is too steep for an echo is looked for,
 STEEP_BESIDE = 1.0  # and where it comes into the cone: so many cells outside its edge
 _TWO = 64  # more than a row has cells: two of its columns are one number
 
@@ -169,10 +169,12 @@ def set_free(ground, window, given, near, sensor, rays, first, last, reading, x,
                 # The middle of the cell lies before the echo, and by this ray, not by the next one.
                 if dx * dx + dy * dy <= far and abs(ux * dy - uy * dx) <= beside:
                     row, line = on_torus(first_x + i, size), on_torus(first_y + j, size)
+                    near_by = math.sqrt(dx * dx + dy * dy) < STEEP_WITHIN * cell
+                    unsure = (ground[row, line] > NEVER_SEEN and near_by) or (
+                        ground[row, line] == NEVER_SEEN and given.others == 0
+                    )
                     if not (
-                        ground[row, line] > NEVER_SEEN
-                        and math.sqrt(dx * dx + dy * dy) < STEEP_WITHIN * cell
-                        and _too_steep(sensor, rays, first, last, right, left, c * dx + s * dy, c * dy - s * dx)
+                        unsure and _too_steep(sensor, rays, first, last, right, left, c * dx + s * dy, c * dy - s * dx)
                     ):
                         ground[row, line] = FREE_GROUND
                 passed = 1
@@ -191,7 +193,7 @@ def _first_echo(ground, given, rays, n, side, end, mount_x, mount_y, c, s):  # t
     aside = side * STEEP_BESIDE * cell
     mount_x, mount_y = mount_x - aside * uy, mount_y + aside * ux
     r = 0.0
-    while r <= min(end, STEEP_WITHIN * cell):
+    while r <= end:
         i, j = math.floor((mount_x + r * ux) / cell), math.floor((mount_y + r * uy) / cell)
         if ground[i % size, j % size] > NEVER_SEEN:
             return r

@@ -205,12 +205,14 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
     before = (k + len(guard.sent) - 1) % len(guard.sent)
     last_v, last_w = guard.sent[before, 0, lane], guard.sent[before, 1, lane]
     stands = wish_v == 0 and wish_w == 0 and robot.v == 0 and robot.w == 0
+    # Until what is wanted is clear: else it may go back and ahead by turns for ever.
+    backs = last_v < 0 <= wish_v and given.others == 0
     if not stands:
         nearest = min(room, 0.0)  # m: the room to other robots, where it is less than it should be
         if guard.sees == 1:
             find_barred(guard.ground[lane], guard.window[lane], given, guard.barred, k + 1, period)
         while n < FALLBACKS:
-            v, w = tried(n, bound_v, bound_w, given, backwards, bars == BY_GROUND)
+            v, w = tried(n, bound_v, bound_w, given, backwards, bars == BY_GROUND, backs)
             v, w = bounded_behind(given, v, w, last_v, last_w, period)
             if n == 0 or abs(v) + abs(w) * given.radius > ACTS:  # to stand is last
                 bars = _barrier(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest)
@@ -223,45 +225,59 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         # Of two that block each other, the one with the lower number goes on wanting.
         gives_way = n > 0 and lane % robots > 0
         plan_v, plan_w = (v, w) if gives_way else (wish_v, wish_w)
-        held_v, held_w = guard.held[0, lane], guard.held[1, lane]
-        ahead, back = max(plan_v, robot.v, v, held_v, 0.0), min(plan_v, robot.v, v, held_v, 0.0)
-        swift = max(abs(plan_w), abs(robot.w), abs(w), abs(held_w))
-        for n in range(guard.sent.shape[0]):  # and what is on its way to the wheels
-            ahead, back = max(ahead, guard.sent[n, 0, lane]), min(back, guard.sent[n, 0, lane])
-            swift = max(swift, abs(guard.sent[n, 1, lane]))
-        top, swiftest = highest(given)
-        drives = k == 0 or abs(plan_v) > _WANTS
-        ahead = min(SLACK * ahead + (SPEED_SPARE * top if drives and plan_v >= 0 else CREEP), top)
-        back = max(SLACK * back - CREEP, -top)
-        swift = min(SLACK * swift + TURNS, swiftest)
-        # Who is in nobody's way hinders nobody by what it does not use of its promise; who stands does not grow.
-        grows = 2 * REACH * given.radius / (guard.holds * guard.holds * top)
-        if gives_way and abs(plan_v) <= _WANTS and abs(robot.v) <= CREEP:
-            grows = 0.0
-        more = top - ahead
-        ahead += spare_share(guard, lane, robots, robot, ahead, back, swift, grows, more, 0.0, 0.0) * more
-        more = swiftest - swift
-        swift += spare_share(guard, lane, robots, robot, ahead, back, swift, grows, 0.0, 0.0, more) * more
-        more = top + back
-        back -= spare_share(guard, lane, robots, robot, ahead, back, swift, grows, 0.0, more, 0.0) * more
-        if grows > 0:  # to what the older ones grow: a jump would be heard long before it may be driven
-            ahead, back, swift = min(ahead, fastest), max(back, slowest), min(swift, turn)
-        mine = PromiseColumns(guard.promises, k % guard.promises.shape[1], lane)
-        mine.fastest, mine.slowest, mine.turn, mine.grows = ahead, back, swift, grows
-        said = PostureMessage(guard.said, lane)
-        said.x, said.y, said.heading = robot.x, robot.y, robot.heading
-        said.fastest, said.slowest, said.turn, said.grows = ahead, back, swift, grows
+        _make_promise(guard, lane, k, robots, robot, given, v, w, plan_v, plan_w, gives_way, fastest, slowest, turn)
     return v, w
 
 
 @compiled_only
-def tried(n, v, w, given, backwards, by_ground):  # type: ignore[no-untyped-def]
+def _make_promise(  # type: ignore[no-untyped-def]
+    guard, lane, k, robots, robot, given, v, w, plan_v, plan_w, gives_way, fastest, slowest, turn
+):
+    """Make the promise of period ``k``, and write the message that tells it.
+
+    It covers the order (v, w), what the robot does, what is on its way to the wheels, and what it plans to do. Where it
+    grows it is no wider than those that hold are by then: ``fastest``, ``slowest`` and ``turn``.
+    """
+    held_v, held_w = guard.held[0, lane], guard.held[1, lane]
+    ahead, back = max(plan_v, robot.v, v, held_v, 0.0), min(plan_v, robot.v, v, held_v, 0.0)
+    swift = max(abs(plan_w), abs(robot.w), abs(w), abs(held_w))
+    for n in range(guard.sent.shape[0]):  # and what is on its way to the wheels
+        ahead, back = max(ahead, guard.sent[n, 0, lane]), min(back, guard.sent[n, 0, lane])
+        swift = max(swift, abs(guard.sent[n, 1, lane]))
+    top, swiftest = highest(given)
+    drives = k == 0 or abs(plan_v) > _WANTS
+    ahead = min(SLACK * ahead + (SPEED_SPARE * top if drives and plan_v >= 0 else CREEP), top)
+    back = max(SLACK * back - CREEP, -top)
+    swift = min(SLACK * swift + TURNS, swiftest)
+    # Who is in nobody's way hinders nobody by what it does not use of its promise; who stands does not grow.
+    grows = 2 * REACH * given.radius / (guard.holds * guard.holds * top)
+    if gives_way and abs(plan_v) <= _WANTS and abs(robot.v) <= CREEP:
+        grows = 0.0
+    more = top - ahead
+    ahead += spare_share(guard, lane, robots, robot, ahead, back, swift, grows, more, 0.0, 0.0) * more
+    more = swiftest - swift
+    swift += spare_share(guard, lane, robots, robot, ahead, back, swift, grows, 0.0, 0.0, more) * more
+    more = top + back
+    back -= spare_share(guard, lane, robots, robot, ahead, back, swift, grows, 0.0, more, 0.0) * more
+    if grows > 0:  # to what the older ones grow: a jump would be heard long before it may be driven
+        ahead, back, swift = min(ahead, fastest), max(back, slowest), min(swift, turn)
+    mine = PromiseColumns(guard.promises, k % guard.promises.shape[1], lane)
+    mine.fastest, mine.slowest, mine.turn, mine.grows = ahead, back, swift, grows
+    said = PostureMessage(guard.said, lane)
+    said.x, said.y, said.heading = robot.x, robot.y, robot.heading
+    said.fastest, said.slowest, said.turn, said.grows = ahead, back, swift, grows
+
+
+@compiled_only
+def tried(n, v, w, given, backwards, by_ground, backs):  # type: ignore[no-untyped-def]
     """What is tried in the ``n``-th place instead of an order (v, w); ``backwards`` [m/s] it may go at most.
 
     The same arc, turning on the spot, straight on; and back, to have room to turn, or away ``by_ground`` that bars the
-    way: an echo that no sensor sees past from here.
+    way: an echo that no sensor sees past from here. Who ``backs`` already tries that after the order itself.
     """
     arcs, spots = len(SLOWED), len(SPOT)
+    if backs and n > 0:
+        n = FALLBACKS - 1 if n == 1 else n - 1
     if n < arcs:
         return SLOWED[n] * v, SLOWED[n] * w
     if n < arcs + spots:

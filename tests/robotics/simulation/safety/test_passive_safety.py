@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 
 import robotics
-from benchmarks.safety_attack import FAMILIES, HARD, LAWS, ROBOTS, BadLaw, attack, broken_assumption, shuffled_team
+from benchmarks.safety_attack import (
+    FAMILIES,
+    HARD,
+    LAWS,
+    ROBOTS,
+    BadLaw,
+    attack,
+    broken_assumption,
+    contact_speed,
+    shuffled_team,
+)
 from benchmarks.safety_search import Scripted, Search, search
 from fuzzy.compiled.jit import kernel
 from robotics.laws.law import ControllerError
@@ -17,10 +27,11 @@ from robotics.plugins.stress.lanes import Lanes
 from robotics.plugins.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble, stress_obstacles
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.loop import Simulation, record_run
-from robotics.simulation.safety.assumptions import OVERSHOOT, STOP_NEAR, radio_delay, stopping
+from robotics.simulation.safety.assumptions import AT_REST, OVERSHOOT, STOP_NEAR, radio_delay, stopping
 from robotics.simulation.safety.coverage import blind_directions, blind_spots
 from robotics.simulation.safety.ground import (
     FREE_GROUND,
+    NEVER_SEEN,
     GuardColumns,
     find_barred,
     find_free,
@@ -194,6 +205,7 @@ def test_it_breaks_with_sensors_that_see_nothing_and_the_attack_tells_those_from
         assert driven.any()
         first = int(np.argmax(driven))
         broken.append(broken_assumption(blind, RAGING, runs, None, first))
+        assert contact_speed(blind, RAGING, runs, None, first) > AT_REST
     assert broken == ["", "unseen", "partly"]
 
 
@@ -270,6 +282,11 @@ def test_among_what_moves_no_robot_turns_its_rear_edge_back_where_its_sensors_do
     assert followed("etsro", ROUND, 0.15)[0] == 0
 
 
+def test_who_backs_away_goes_on_until_its_way_is_clear():
+    """Among boxes; else it goes ahead and back by turns, for more than 400 s, between echoes that it no longer sees."""
+    assert stress_obstacles("fuzzy-team:safe=yes", range(40130, 40131), robots=3, lanes="crossing").arrived.all()
+
+
 def test_what_has_passed_bars_no_way():
     """Echoes of discs and robots that have gone remain where nothing looks; robots drive on all the same."""
     seeds = (0, 1, 7, 8)
@@ -310,8 +327,10 @@ def test_an_echo_at_the_least_distance_frees_nothing_before_it():
         assert (ground == 5).any()
 
 
-@pytest.mark.parametrize(("incidence", "stays"), [(60, True), (90, False)])
-def test_what_may_be_too_steep_to_be_heard_again_is_not_freed(incidence, stays):
+@pytest.mark.parametrize(
+    ("incidence", "near", "stays"), [(60, 1.5, True), (90, 1.5, False), (60, 5.0, True), (60, 9.0, False)]
+)
+def test_what_may_be_too_steep_to_be_heard_again_is_not_freed(incidence, near, stays):
     """A body comes in at the edge of a cone, its face at 20° to the ray; what stands alone is heard."""
     setting = course(1)
     given = np.array([given_rows(setting.robots[0], setting, 0, 0.05)]).T.copy()
@@ -322,15 +341,23 @@ def test_what_may_be_too_steep_to_be_heard_again_is_not_freed(incidence, stays):
     angles = np.radians(np.linspace(-37, 37, 75))
     # cells from the sensor
     edge, along, across = (np.exp(1j * np.radians(angle)) for angle in (37, 17, 107))
-    face = 1.5 * edge + along * np.array([0, 1.5])
+    face = near * edge + along * np.array([0, 1.5])
     behind, alone, lone = (face[:, None] + across * np.array([0.7, 1.4])).ravel(), 2.5 + 0j, 1.5 * edge.conjugate()
+    hidden = near * edge + 3.0 * along + 0.8 * across  # behind the face, never seen
     ground, window = np.full((48, 48), FREE_GROUND), np.full(2, -24)
     for z in (*face, *behind, alone, lone):
         ground[floor(z.real), floor(z.imag)] = 5
+    ground[floor(hidden.real), floor(hidden.imag)] = NEVER_SEEN
     freed(ground, window, given, np.zeros_like(ground), table, np.array([np.cos(angles), np.sin(angles)]), 2.0, 0, 0, 0)
     assert (ground[floor(face[1].real), floor(face[1].imag)] == 5) == stays
+    assert (ground[floor(hidden.real), floor(hidden.imag)] == NEVER_SEEN) == (incidence == 60)
     for z in (alone, lone):
         assert ground[floor(z.real), floor(z.imag)] == FREE_GROUND
+
+
+def test_ground_behind_a_face_that_is_too_steep_is_not_backed_over():
+    """Seed 11000482: a robot came in front of a box, turned, and backed round it to a face that no cone had met."""
+    assert attack(FIELD, "etsro", "random", 50, 11000450, "yes")["caused"] == 0
 
 
 def test_rays_that_go_past_free_ground_free_the_same_as_those_that_stop_at_every_step():
