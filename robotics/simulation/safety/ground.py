@@ -297,9 +297,20 @@ def find_barred(ground, window, given, barred, stamp, period):  # type: ignore[n
 
 
 @compiled_only
+def _beside_echo(ground, x, y):  # type: ignore[no-untyped-def]
+    """Whether a cell has a neighbour from which an echo came of what stands."""
+    size = ground.shape[0]
+    for i in range(x - 1, x + 2):
+        for j in range(y - 1, y + 2):
+            if ground[i % size, j % size] > NEVER_SEEN:
+                return True
+    return False
+
+
+@compiled_only
 def is_clear(  # type: ignore[no-untyped-def]
     ground, window, given, barred, x, y, c, s, now_x, now_y, now_c, now_s, from_x, from_y, from_c, from_s,
-    need, late, period, stamp, known,
+    need, late, period, stamp, backs,
 ):  # fmt: skip
     """Whether a body keeps clear of what is not free, well in the window; what is too near now may not come nearer.
 
@@ -316,9 +327,11 @@ def is_clear(  # type: ignore[no-untyped-def]
         late: In how many seconds it is there: what gave an echo may have come nearer, by then and since it was heard.
         period: The control period [s].
         stamp: The present period, plus 1.
-        known: Whether ground that was never seen is not free: a robot backs over ground only that it knows.
+        backs: Whether ground that was never seen is not free: a robot backs over ground only that it knows. Ahead it
+            is, but beside an echo where nothing but robots moves: it may be of the same thing.
     """
     cell, size, others, low_x, low_y = given.cell, ground.shape[0], given.others, window[0], window[1]
+    known = backs or others == 0  # such ground is looked at
     # What has come into the window since the last look was not looked at: an echo from there was not written down.
     new = given.limit.v_max * given.fresh
     wide = given.half_length * abs(c) + given.half_width * abs(s) + need
@@ -344,6 +357,9 @@ def is_clear(  # type: ignore[no-untyped-def]
             if j >= end:
                 break
             value = ground[on_torus(first_x + i, size), on_torus(first_y + j, size)]
+            if value == NEVER_SEEN and not backs and not _beside_echo(ground, low_x + i, low_y + j):
+                j += 1
+                continue
             age, of_robot = age_of(value, stamp, period), value < FREE_GROUND and value % 2 == 0
             value = faded(value, age, given)
             at_x, at_y = (low_x + i + 0.5) * cell, (low_y + j + 0.5) * cell

@@ -360,6 +360,11 @@ def test_ground_behind_a_face_that_is_too_steep_is_not_backed_over():
     assert attack(FIELD, "etsro", "random", 50, 11000450, "yes")["caused"] == 0
 
 
+def test_ground_beside_an_echo_is_not_free_before_it_is_seen():
+    """Seed 13000184: a robot drove round the corner of a box, and its side swung into the face behind."""
+    assert attack(FIELD, "etsro", "rules", 50, 13000150, "yes")["caused"] == 0
+
+
 def test_rays_that_go_past_free_ground_free_the_same_as_those_that_stop_at_every_step():
     setting = course(1)
     given = np.array([given_rows(setting.robots[0], setting, 0, 0.05)]).T.copy()
