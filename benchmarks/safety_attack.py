@@ -242,10 +242,15 @@ def attack(family: Family, robot: str, law: str, count: int, first: int, safe: S
     }  # fmt: skip
 
 
+def _replayed(setting: Setting, driver: Law[Any], seeds: range, faults: Faults | None) -> tuple[Tally, Simulation]:
+    """Runs once more from their start, and what is judged of them."""
+    tally = Tally(setting, ObstacleOutcome.longest(setting, 0.0), 0, len(seeds))
+    return tally, Simulation(setting, driver, tuple(seeds), faults, observers=[tally.observer])
+
+
 def contact_speed(setting: Setting, driver: Law[Any], seeds: range, faults: Faults | None, run: int) -> float:
     """How fast [m/s] the fastest point of a robot was that caused its contact, before or after that period."""
-    tally = Tally(setting, ObstacleOutcome.longest(setting, 0.0), 0, len(seeds))
-    simulation = Simulation(setting, driver, tuple(seeds), faults, observers=[tally.observer])
+    tally, simulation = _replayed(setting, driver, seeds, faults)
     radii, now = np.array([robot.turning_circle for robot in setting.robots]), np.zeros(len(setting.robots))
     for _ in simulation.periods():
         truth = TruthColumns(simulation.rows(simulation.lanes.body.truth))
@@ -261,8 +266,7 @@ def broken_assumption(setting: Setting, driver: Law[Any], seeds: range, faults: 
     "overlapped": the same obstacle or robot had touched it before. "unseen": none of its sensors could have heard the
     obstacle for LATELY, in its cone and not too steep; "partly": what it touches of the obstacle.
     """
-    tally = Tally(setting, ObstacleOutcome.longest(setting, 0.0), 0, len(seeds))
-    simulation = Simulation(setting, driver, tuple(seeds), faults, observers=[tally.observer])
+    tally, simulation = _replayed(setting, driver, seeds, faults)
     sizes = footprints(setting.robots)
     since = tally.known.watch.contacts.since[run]
     last, touching, touched = None, np.zeros(len(since), dtype=bool), np.zeros(len(since), dtype=bool)

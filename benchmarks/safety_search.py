@@ -23,6 +23,7 @@ from robotics.laws.knowledge import Safe
 from robotics.laws.law import Command, Law
 from robotics.plugins.stress.crossings import growth
 from robotics.simulation.loop import Simulation
+from robotics.simulation.safety.assumptions import AT_REST
 from robotics.simulation.safety.coverage import blind_directions
 from robotics.simulation.scenario.description import Member, Scenario
 from robotics.simulation.scenario.robots import load_robot
@@ -36,7 +37,6 @@ from robotics.world.vehicle.plant import TruthColumns
 ORDERS, SECONDS = 12, 12.0  # of a script, and how long it takes
 AROUND = 0.35  # m of an EtsRo: nothing is nearer to a start, whose surroundings are taken for free
 DISC_SPEED = 0.2  # m/s, at most
-MOVES = 0.02  # m/s: of the fastest point of a body that moves
 LESS = 1e-5  # m: by which its own motion has to make a gap smaller
 
 
@@ -118,7 +118,7 @@ class Search:
             now = TruthColumns(simulation.rows(simulation.lanes.body.truth).copy())
             here = Geometry(*world.at(k * setting.period))
             if before is not None:
-                moves = np.abs(before[0].v) + robot.turning_circle * np.abs(before[0].w) > MOVES
+                moves = np.abs(before[0].v) + robot.turning_circle * np.abs(before[0].w) > AT_REST
                 for i in range(2):
                     least = np.minimum(least, self._into(before, now, sizes, i, moves[:, i] & untouched[:, i]))
             untouched &= obstacle_clearance(now.x, now.y, now.heading, sizes, here) > 0

@@ -19,8 +19,8 @@ RAY_HALF = 0.36  # cells from a ray to the middle of a cell: half of what lies b
 NEVER_SEEN, FREE_GROUND = 0, -1  # a cell; above 0: the period of an echo from there, plus 1
 OF_ROBOT, OF_MOVING = -2, -3  # minus twice that: it was of a robot that was heard, or of what has moved: it soon fades
 FADES_AFTER = 0.3  # s after the next look
-STEEP_WITHIN = 8.0  # cells from a sensor: up to there what is too steep for an echo is looked for,
-STEEP_BESIDE = 1.0  # and where it comes into the cone: so many cells outside its edge
+STEEP_WITHIN = 8.0  # cells from a sensor: up to there an echo stays of what may be too steep to be heard again
+STEEP_BESIDE = 1.0  # cells outside the edge of a cone: there such a thing is looked for
 _TWO = 64  # more than a row has cells: two of its columns are one number
 
 
@@ -141,8 +141,9 @@ def find_free(ground, window, near):  # type: ignore[no-untyped-def]
 def set_free(ground, window, given, near, sensor, rays, first, last, reading, x, y, c, s):  # type: ignore[no-untyped-def]
     """Take in what is free before the echo of a reading; arguments as of :func:`take_in`.
 
-    A ray goes past what is free already, by as many of its steps as ``near`` (:func:`find_free`) leaves room for. Near
-    the sensor an echo stays where a surface at the edge of the cone may be too steep to be heard again.
+    A ray goes past what is free already, by as many of its steps as ``near`` (:func:`find_free`) leaves room for. Where
+    a surface that comes in at the edge of the cone may be too steep to be heard, an echo near the sensor stays, and
+    ground that was never seen where nothing but robots moves.
     """
     cell, size, low_x, low_y = given.cell, ground.shape[0], window[0], window[1]
     first_x, first_y = low_x % size, low_y % size
@@ -169,9 +170,9 @@ def set_free(ground, window, given, near, sensor, rays, first, last, reading, x,
                 # The middle of the cell lies before the echo, and by this ray, not by the next one.
                 if dx * dx + dy * dy <= far and abs(ux * dy - uy * dx) <= beside:
                     row, line = on_torus(first_x + i, size), on_torus(first_y + j, size)
-                    near_by = math.sqrt(dx * dx + dy * dy) < STEEP_WITHIN * cell
-                    unsure = (ground[row, line] > NEVER_SEEN and near_by) or (
-                        ground[row, line] == NEVER_SEEN and given.others == 0
+                    value = ground[row, line]
+                    unsure = (value > NEVER_SEEN and math.sqrt(dx * dx + dy * dy) < STEEP_WITHIN * cell) or (
+                        value == NEVER_SEEN and given.others == 0
                     )
                     if not (
                         unsure and _too_steep(sensor, rays, first, last, right, left, c * dx + s * dy, c * dy - s * dx)
@@ -298,7 +299,10 @@ def find_barred(ground, window, given, barred, stamp, period):  # type: ignore[n
 
 @compiled_only
 def _beside_echo(ground, x, y):  # type: ignore[no-untyped-def]
-    """Whether a cell has a neighbour from which an echo came of what stands."""
+    """Whether a cell has a neighbour from which an echo came of what stands.
+
+    Asked of cells near a body only: asked of the whole window once a period, runs take 1.4 to 1.5 times as long.
+    """
     size = ground.shape[0]
     for i in range(x - 1, x + 2):
         for j in range(y - 1, y + 2):
