@@ -23,6 +23,7 @@ WINDOW_CELLS = 48  # of the ground that a robot remembers, along x and along y
 CELLS_A_RADIUS = 5.0  # of the robot's turning circle
 UNHEARD = 1e-5  # the probability with which a robot is not heard within the stated delay
 SPARE = 1.05  # the stopping model goes so much farther than the plant
+SPEEDS_UP = 1.25  # of what motors can, by their greatest torque: how fast wheels are taken to grow faster
 _STEPS = 400  # of 10 ms: by then every robot stands
 _SPEEDS = np.linspace(0.1, 1.0, 10)  # of the highest: from where it is stopped
 GENTLE = 0.7  # of how hard wheels brake: where orders fall no faster, none of them swings back
@@ -44,6 +45,7 @@ class StoppingModel:
     braking: float  # m/s²: what motors and tyres can, of the rim of a wheel
     v_rate: float  # m/s²: how fast a commanded speed may change; infinite: at once
     w_rate: float  # rad/s²: likewise a commanded turn rate
+    rise: float  # m/s²: how fast the speed of a rim may grow before that
 
     def distance(self, speed: float) -> float:
         """How far it goes straight on [m] from a steady ``speed`` [m/s] until it stands."""
@@ -84,18 +86,19 @@ def stopping(robot: Robot, kinematic: bool = False, gentle: bool = False) -> Sto
         return replace(hard, v_rate=min(hard.v_rate, rate), w_rate=min(hard.w_rate, rate / robot.half_axle))
     rates = robot.v_rate_max or math.inf, robot.w_rate_max or math.inf
     if kinematic:
-        return StoppingModel(0.0, math.inf, *rates)
+        return StoppingModel(0.0, math.inf, *rates, math.inf)
     force = max(2 * (robot.torque_limit - robot.friction_torque), 1e-3) / robot.wheel_radius
-    braking = 0.9 * force * min(1 / robot.effective_mass, robot.half_axle**2 / robot.effective_inertia)
+    light = 1 / robot.effective_mass, robot.half_axle**2 / robot.effective_inertia
+    braking, rise = 0.9 * force * min(light), SPEEDS_UP * 2 * robot.torque_limit / robot.wheel_radius * max(light)
     v, w, gone, turned, _ = _braked(robot)
     low, high, near = 0.0, 2.0, STOP_NEAR * robot.turning_circle
     for _ in range(30):
         middle = (low + high) / 2
-        model = StoppingModel(middle, braking, *rates)
+        model = StoppingModel(middle, braking, *rates, rise)
         goes, turns = model.ways(v, w, robot.half_axle)
         far = (goes >= SPARE * gone - near).all() and (turns >= SPARE * turned - near / robot.half_axle).all()
         low, high = (low, middle) if far else (middle, high)
-    return StoppingModel(high, braking, *rates)
+    return StoppingModel(high, braking, *rates, rise)
 
 
 @cache

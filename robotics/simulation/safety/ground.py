@@ -19,6 +19,7 @@ RAY_HALF = 0.36  # cells from a ray to the middle of a cell: half of what lies b
 NEVER_SEEN, FREE_GROUND = 0, -1  # a cell; above 0: the period of an echo from there, plus 1
 OF_ROBOT, OF_MOVING = -2, -3  # minus twice that: it was of a robot that was heard, or of what has moved: it soon fades
 FADES_AFTER = 0.3  # s after the next look
+TOUCHES = 1.15  # cells to the middle of the nearest one: what moves may touch the body
 STEEP_WITHIN = 8.0  # cells from a sensor: up to there an echo stays of what may be too steep to be heard again
 STEEP_BESIDE = 1.0  # cells outside the edge of a cone: there such a thing is looked for
 _TWO = 64  # more than a row has cells: two of its columns are one number
@@ -31,6 +32,7 @@ class StopColumns(Columns):
     braking = column("m/s²")
     v_rate = column("m/s²")
     w_rate = column("rad/s²")
+    rise = column("m/s²")
 
 
 class GuardColumns(Columns):
@@ -314,7 +316,7 @@ def _beside_echo(ground, x, y):  # type: ignore[no-untyped-def]
 @compiled_only
 def is_clear(  # type: ignore[no-untyped-def]
     ground, window, given, barred, x, y, c, s, now_x, now_y, now_c, now_s, from_x, from_y, from_c, from_s,
-    need, late, period, stamp, backs,
+    need, late, period, stamp, backs, away,
 ):  # fmt: skip
     """Whether a body keeps clear of what is not free, well in the window; what is too near now may not come nearer.
 
@@ -333,6 +335,8 @@ def is_clear(  # type: ignore[no-untyped-def]
         stamp: The present period, plus 1.
         backs: Whether ground that was never seen is not free: a robot backs over ground only that it knows. Ahead it
             is, but beside an echo where nothing but robots moves: it may be of the same thing.
+        away: By how much farther [m] it has to be, than that moment before, from what has moved and may touch it: a
+            cell cannot tell where that ends, and so not whether a corner of the body comes nearer to it.
     """
     cell, size, others, low_x, low_y = given.cell, ground.shape[0], given.others, window[0], window[1]
     known = backs or others == 0  # such ground is looked at
@@ -376,11 +380,9 @@ def is_clear(  # type: ignore[no-untyped-def]
             dx, dy = at_x - now_x, at_y - now_y
             if gap < body_gap(given, now_c * dx + now_s * dy, now_c * dy - now_s * dx) - 1e-9 or gap == 0:
                 return False
-            dx, dy = at_x - from_x, at_y - from_y
-            if (
-                may_move
-                and others > 0
-                and gap < body_gap(given, from_c * dx + from_s * dy, from_c * dy - from_s * dx) - 1e-9
-            ):
-                return False
+            if may_move and others > 0:
+                dx, dy = at_x - from_x, at_y - from_y
+                before = body_gap(given, from_c * dx + from_s * dy, from_c * dy - from_s * dx)
+                if gap < before + (away if value < FREE_GROUND and gap < TOUCHES * cell else 0.0) - 1e-9:
+                    return False
     return True

@@ -16,6 +16,7 @@ from typing import NamedTuple
 from fuzzy.compiled.columns import Floats2, Floats3, Ints1, Ints2, Ints3
 from fuzzy.compiled.jit import compiled_only, without_refcounts
 from robotics.laws.equation import CommandColumns, SeenColumns
+from robotics.simulation.safety.assumptions import AT_REST, CREEPS
 from robotics.simulation.safety.ground import (
     GuardColumns,
     find_barred,
@@ -49,11 +50,15 @@ SLOWED = (1.0, 0.7, 0.45, 0.25, 0.12)  # of an order, along the same arc
 SPOT = (1.0, 0.3)  # of its turn rate, on the spot; of its speed, straight on
 BACK = 0.1  # of its highest speed: how fast it goes back where it cannot turn
 FALLBACKS = len(SLOWED) + 2 * len(SPOT) + 1
+CREEPING = 3  # more among what moves: along the arc, on the spot and back, so slowly that it stands
+AWAY = 0.5  # of its way: so much farther is a robot that moves from what may touch it
 NO_BARRIER, BY_GROUND, BY_ROBOT = 0.0, 1.0, 2.0  # what bars a way
 _LONGEST = 1000  # steps of 10 ms of a foreseen way
 _NEARLY = 5e-4  # m: a robot that goes no farther than this stands
 _WANTS = 1e-3  # m/s: who wants to drive no faster wants to stand
-_ROBOTS_APART = 0.01  # m: the least gap to where another robot may be
+# Of its turning circle: the least gap to where another robot may be. Between two poses that are looked at lies a
+# quarter of a cell, half of which is lost; the model of the stop may be short by STOP_NEAR.
+_ROBOTS_APART = 0.045
 
 
 class MonitorLanes(NamedTuple):
@@ -200,7 +205,10 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         bound_v = min(max(wish_v, backwards), fastest / given.overshoot)
         bound_w = min(max(wish_w, -turn / given.overshoot), turn / given.overshoot)
         body = given.half_length, given.half_width, given.radius
-        room = room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, body, 0.0, 1.0) - _ROBOTS_APART
+        room = (
+            room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, body, 0.0, 1.0)
+            - _ROBOTS_APART * given.radius
+        )
     v, w, n, bars = bound_v, bound_w, 0, NO_BARRIER
     before = (k + len(guard.sent) - 1) % len(guard.sent)
     last_v, last_w = guard.sent[before, 0, lane], guard.sent[before, 1, lane]
@@ -211,7 +219,8 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         nearest = min(room, 0.0)  # m: the room to other robots, where it is less than it should be
         if guard.sees == 1:
             find_barred(guard.ground[lane], guard.window[lane], given, guard.barred, k + 1, period)
-        while n < FALLBACKS:
+        places = FALLBACKS + (CREEPING if given.others > 0 else 0)
+        while n < places:
             v, w = tried(n, bound_v, bound_w, given, backwards, bars == BY_GROUND, backs)
             v, w = bounded_behind(given, v, w, last_v, last_w, period)
             if n == 0 or abs(v) + abs(w) * given.radius > ACTS:  # to stand is last
@@ -219,7 +228,7 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
                 if bars == NO_BARRIER:
                     break
             n += 1
-        if n == FALLBACKS:
+        if n == places:
             v, w = bounded_behind(given, 0.0, 0.0, last_v, last_w, period)
     if team:
         # Of two that block each other, the one with the lower number goes on wanting.
@@ -272,8 +281,9 @@ def _make_promise(  # type: ignore[no-untyped-def]
 def tried(n, v, w, given, backwards, by_ground, backs):  # type: ignore[no-untyped-def]
     """What is tried in the ``n``-th place instead of an order (v, w); ``backwards`` [m/s] it may go at most.
 
-    The same arc, turning on the spot, straight on; and back, to have room to turn, or away ``by_ground`` that bars the
-    way: an echo that no sensor sees past from here. Who ``backs`` already tries that after the order itself.
+    The same arc, turning on the spot, straight on; back, to have room to turn, or away ``by_ground`` that bars the way:
+    an echo that no sensor sees past from here; and the arc, the turn and back creeping. Who ``backs`` already tries
+    that after the order itself.
     """
     arcs, spots = len(SLOWED), len(SPOT)
     if backs and n > 0:
@@ -284,6 +294,11 @@ def tried(n, v, w, given, backwards, by_ground, backs):  # type: ignore[no-untyp
         return 0.0, SPOT[n - arcs] * w
     if n < arcs + spots + len(SPOT):
         return SPOT[n - arcs - spots] * v, 0.0
+    if n >= FALLBACKS:
+        if n > FALLBACKS:
+            v, w = (0.0, w) if n == FALLBACKS + 1 else (max(-given.limit.v_max, backwards), 0.0)
+        less = min(CREEPS * AT_REST / max(abs(v) + abs(w) * given.radius, 1e-9), 1.0)
+        return less * v, less * w
     away = (by_ground and v > 0) or abs(w) * given.radius > abs(v)
     return (max(-BACK * given.limit.v_max, backwards) if away else 0.0), 0.0
 
@@ -332,7 +347,7 @@ def next_held(rate, held, order):  # type: ignore[no-untyped-def]
 def next_rim(stop, overshoot, side, now, held):  # type: ignore[no-untyped-def]
     """The speed of a wheel's rim one step later: of all that the plant may do what is farthest on one ``side``.
 
-    To that side it changes at once, back as in a stop. 1: forwards, -1: backwards, 0: away from standing.
+    1: forwards, -1: backwards, at once; 0: away from standing, as fast as motors can. Back it changes as in a stop.
     """
     far = overshoot * held
     if side > 0:
@@ -344,7 +359,7 @@ def next_rim(stop, overshoot, side, now, held):  # type: ignore[no-untyped-def]
         if far <= now:
             return far
     elif now * held >= 0 and abs(far) >= abs(now):
-        return far
+        return now + math.copysign(min(abs(far - now), stop.rise * STEP), far - now)
     return _slow_rim(stop, now, held)
 
 
@@ -397,7 +412,7 @@ def _way_barrier(  # type: ignore[no-untyped-def]
     stop, half, held_v, held_w = given.stop, given.limit.half_axle, guard.held[0, lane], guard.held[1, lane]
     rim_right, rim_left = robot.v + half * robot.w, robot.v - half * robot.w
     late_right, late_left, behind, off = rim_right, rim_left, 0.0, 0.0
-    time, ahead, left, turn, gone, swept = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    time, ahead, left, turn, gone, swept, swift = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now_x, now_y, now = odometry.odo_x, odometry.odo_y, odometry.odo_heading
     now_c, now_s = math.cos(now), math.sin(now)
     from_x, from_y, from_c, from_s = now_x, now_y, now_c, now_s  # where it was looked at before
@@ -419,28 +434,33 @@ def _way_barrier(  # type: ignore[no-untyped-def]
         left += v * STEP * math.sin(middle)
         turn += w * STEP
         gone += abs(v) * STEP
-        swept += (abs(v) + abs(w) * given.radius) * STEP
+        fast = abs(v) + abs(w) * given.radius
+        swept, swift = swept + fast * STEP, max(swift, fast)
         time += STEP
-        rest = (abs(v) + abs(w) * given.radius) * stop.lag
+        rest = fast * stop.lag
         stands = time > guard.latency + period and held_v == 0 and held_w == 0 and rest < _NEARLY
         if stands or swept >= given.cell / 4:
-            swept = 0.0
             if guard.sees == 1:
                 x, y = now_x + now_c * ahead - now_s * left, now_y + now_s * ahead + now_c * left
                 c, s = math.cos(now + turn), math.sin(now + turn)
                 if not is_clear(
                     guard.ground[lane], guard.window[lane], given, guard.barred, x, y, c, s, now_x, now_y, now_c, now_s,
-                    from_x, from_y, from_c, from_s, given.least + gone * off, time, period, k + 1, ahead < 0,
+                    from_x, from_y, from_c, from_s, given.least + gone * off, time, period, k + 1,
+                    ahead < 0, AWAY * swept if swift > AT_REST else 0.0,
                 ):  # fmt: skip
                     return BY_GROUND
                 from_x, from_y, from_c, from_s = x, y, c, s
             if guard.air.values > 0:
                 body = given.half_length, given.half_width, given.radius
                 x, y = robot.x + own_c * ahead - own_s * left, robot.y + own_s * ahead + own_c * left
-                free = room_to_robots(guard, lane, robots, x, y, robot.heading + turn, body, time, 1.0) - _ROBOTS_APART
+                free = (
+                    room_to_robots(guard, lane, robots, x, y, robot.heading + turn, body, time, 1.0)
+                    - _ROBOTS_APART * given.radius
+                )
                 # Where there is less room than there should be, it keeps what it has.
                 if free < (gone * off if nearest >= 0 else nearest - 1e-9) or free == -math.inf:
                     return BY_ROBOT
+            swept, swift = 0.0, 0.0
         if stands:
             return NO_BARRIER
     return BY_GROUND

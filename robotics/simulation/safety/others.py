@@ -19,11 +19,12 @@ CREEP = 0.02  # m/s: what a robot that stands promises
 SLACK = 1.1  # what is promised over what is wanted: a little more needs no new promise
 SPEED_SPARE = 0.08  # of its highest speed: what one that wants to drive promises beside that
 TURNS = 1.0  # rad/s: likewise of the turn rate
-REACH = 0.85  # of its turning circle: what one that stands may cover by the end of a promise, as its bound grows
-BACK_GROWS, TURN_GROWS = 0.1, 0.15  # so much more slowly grow the bounds backwards, and of the turn rate
+REACH = 1.0  # of its turning circle: what one that stands may cover by the end of a promise, as its bound grows
+BACK_GROWS, TURN_GROWS = 0.1, 0.5  # so much more slowly grow the bounds backwards, and of the turn rate
 OPEN = 0.4  # of the room to each other robot: what a promise may take beside what is wanted,
 SPARE_TIME = 0.5  # within this share of the time of a promise
 LEAST_SPARE = 0.1  # of what a robot can: to promise less beside that is not tried
+_FAR = 0.5  # m: a gap that is more is not looked at closely
 
 
 class PromiseColumns(Columns):
@@ -93,7 +94,8 @@ def grown(now, most, rise, time):  # type: ignore[no-untyped-def]
 def covered(given, fastest, slowest, turn, grows, time):  # type: ignore[no-untyped-def]
     """The rectangle that a robot does not leave in ``time`` [s]: half its length and width, its middle ahead [m].
 
-    ``given`` is GuardColumns of the robot, the rest a promise (PromiseColumns).
+    And half the length and width of the one that its middle does not leave. ``given`` is GuardColumns of the robot, the
+    rest a promise (PromiseColumns).
     """
     top, swiftest = highest(given)
     rise, fastest, slowest = grows * top, max(fastest, 0.0), max(-slowest, 0.0)
@@ -107,7 +109,8 @@ def covered(given, fastest, slowest, turn, grows, time):  # type: ignore[no-unty
     angle = turned + given.turned
     if angle < math.pi / 2:
         c, s = math.cos(angle), math.sin(angle)
-        length = min(given.half_length + given.half_width * s, given.radius)
+        if angle < math.atan2(given.half_width, given.half_length):
+            length = given.half_length * c + given.half_width * s
         if angle < math.atan2(given.half_length, given.half_width):
             width = given.half_width * c + given.half_length * s
     else:  # once it has turned round, what it drives ahead leads back
@@ -115,29 +118,32 @@ def covered(given, fastest, slowest, turn, grows, time):  # type: ignore[no-unty
         late_ahead = ahead - grown(fastest, top, rise, until)
         ahead += back - grown(slowest, top, BACK_GROWS * rise, until)
         back += late_ahead
-    return (ahead + back) / 2 + length, width + aside, (ahead - back) / 2
+    way = (ahead + back) / 2
+    return way + length, aside + width, (ahead - back) / 2, way, aside
 
 
 @compiled_only
-def gap_between(dx, dy, heading, mine, other, theirs, spare, turned):  # type: ignore[no-untyped-def]
-    """The gap [m] between two rectangles; minus infinite: they may overlap.
+def gap_between(dx, dy, heading, mine, other, theirs, around, spare, turned):  # type: ignore[no-untyped-def]
+    """The gap [m] between two rectangles, and what is ``around`` the second; minus infinite: they may overlap.
 
     Args:
         dx, dy: From the middle of the first to that of the second [m].
         heading, mine: Of the first [rad]; half its length, width and diagonal [m].
         other, theirs: The same of the second.
+        around: How far what is counted to the second reaches beyond it [m].
         spare: By how much the gap may be less [m].
         turned: By how much more for each metre between them.
     """
     distance = math.sqrt(dx * dx + dy * dy)
     unsure = spare + turned * distance
-    bound = distance - mine[2] - theirs[2] - unsure
-    if bound > 0.5:
+    bound = distance - mine[2] - theirs[2] - around - unsure
+    if bound > _FAR:
         return bound
     if rectangles_meet(dx, dy, heading, other, mine, theirs):
         return -math.inf
     c, s, cc, ss = math.cos(heading), math.sin(heading), math.cos(other), math.sin(other)
-    return corner_gap(dx, dy, c, s, cc, ss, mine, theirs) - unsure
+    gap = corner_gap(dx, dy, c, s, cc, ss, mine, theirs) - around
+    return gap - unsure if gap > 0 else -math.inf
 
 
 @compiled_only
@@ -153,10 +159,18 @@ def apart(given, other, heard, x, y, heading, body, late, unsure):  # type: igno
         late: In how many seconds it is there.
         unsure: 1: the gap is less by what the measured places may be off; 0: it is not.
     """
-    half, wide, middle = covered(other, heard.fastest, heard.slowest, heard.turn, heard.grows, heard.age + late)
+    half, wide, middle, way, aside = covered(
+        other, heard.fastest, heard.slowest, heard.turn, heard.grows, heard.age + late
+    )
     dx, dy = heard.x + math.cos(heard.heading) * middle - x, heard.y + math.sin(heard.heading) * middle - y
-    theirs, off = (half, wide, math.sqrt(half * half + wide * wide)), unsure * (given.place + other.place)
-    return gap_between(dx, dy, heading, body, heard.heading, theirs, off, unsure * given.turned)
+    # Both are off by themselves: so is the way from one to the other, by the root of the sum of squares.
+    off, turned = unsure * math.sqrt(given.place * given.place + other.place * other.place), unsure * given.turned
+    theirs = (half, wide, math.sqrt(half * half + wide * wide))
+    gap = gap_between(dx, dy, heading, body, heard.heading, theirs, 0.0, off, turned)
+    if gap > _FAR:
+        return gap
+    theirs = (way, aside, math.sqrt(way * way + aside * aside))  # of the two the one that takes less room is true
+    return max(gap, gap_between(dx, dy, heading, body, heard.heading, theirs, other.radius, off, turned))
 
 
 @compiled_only
@@ -197,7 +211,7 @@ def room_to_robots(guard, lane, robots, x, y, heading, body, late, unsure):  # t
 def room_beside(guard, lane, robots, robot, fastest, slowest, turn, grows):  # type: ignore[no-untyped-def]
     """The least gap [m] between what a robot may soon cover by such a promise, and what the others may have by now."""
     given = GuardColumns(guard.given, lane)
-    half, wide, middle = covered(given, fastest, slowest, turn, grows, SPARE_TIME * guard.holds)
+    half, wide, middle, _, _ = covered(given, fastest, slowest, turn, grows, SPARE_TIME * guard.holds)
     x, y = robot.x + math.cos(robot.heading) * middle, robot.y + math.sin(robot.heading) * middle
     mine = (half, wide, math.sqrt(half * half + wide * wide))
     return room_to_robots(guard, lane, robots, x, y, robot.heading, mine, 0.0, 0.0)
