@@ -73,6 +73,7 @@ class CGuard:
         self.barred = CArray("state->barred", "int", (cells, cells), "guard")
         self.sent = CArray("state->sent", "real", (len(known.sent), 2, _LANE), "guard")
         self.held = CArray("state->held", "real", (2, _LANE), "guard")
+        self.backed = CArray("state->backed", "real", (1, _LANE), "guard")
         first, last = known.begin[0], known.end[0]
         self.begin = CArray("BEGIN", "int", (_LANE,), values=np.array([first]))
         self.end = CArray("END", "int", (_LANE,), values=np.array([last]))
@@ -100,12 +101,13 @@ class CGuard:
             f"int barred[{cells}][{cells}]": "where it is not free, found anew in every period",
             f"REAL sent[{flights}][2]": "m/s and rad/s: orders on their way to the wheels",
             "REAL held[2]": "likewise: the order that the wheels have",
+            "REAL backed[1]": "s: for how long it has backed lately",
         }
 
     @property
     def room(self) -> int:
         """How many numbers that is at most."""
-        return 8 + 2 * math.prod(self.ground.shape[1:]) + 2 * self.sent.shape[0] + math.prod(self.promises.shape[:2])
+        return 9 + 2 * math.prod(self.ground.shape[1:]) + 2 * self.sent.shape[0] + math.prod(self.promises.shape[:2])
 
     def number(self, lane: Lane, name: str) -> float | CArray:
         """What is known of a column of GuardColumns or of SensorColumns: a number, or one for each sensor."""

@@ -49,6 +49,10 @@ ACTS, ACTS_TURN = 0.01, 0.2  # m/s, rad/s: what the monitor takes off less than 
 SLOWED = (1.0, 0.7, 0.45, 0.25, 0.12)  # of an order, along the same arc
 SPOT = (1.0, 0.3)  # of its turn rate, on the spot; of its speed, straight on
 BACK = 0.1  # of its highest speed: how fast it goes back where it cannot turn
+BACKS_AT_FIRST = 3.0  # s: who has backed for longer lately does not see from there what bars its way;
+BACKS_MORE = 0.05  # m in each second beyond that: so much more room it wants ahead,
+BACKS_FOR = 1.0  # of its turning circle at most,
+FORGETS = 0.1  # and less by so much in each second in which it does not back
 FALLBACKS = len(SLOWED) + 2 * len(SPOT) + 1
 CREEPING = 3  # more among what moves: along the arc, on the spot and back, so slowly that it stands
 AWAY = 0.5  # of its way: so much farther is a robot that moves from what may touch it
@@ -87,6 +91,7 @@ class MonitorLanes(NamedTuple):
     promises: Floats3  # (PromiseColumns, periods, lanes)
     said: Floats2  # (PostureMessage, lanes)
     air: Air
+    backed: Floats2  # (1, lanes): for how long [s] it has backed lately
     acted: Ints1  # (lanes,): periods in which it took something off an order
 
 
@@ -215,6 +220,7 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
     stands = wish_v == 0 and wish_w == 0 and robot.v == 0 and robot.w == 0
     # Until what is wanted is clear: else it may go back and ahead by turns for ever.
     backs = last_v < 0 <= wish_v and given.others == 0
+    backed = guard.backed[0, lane]
     if not stands:
         nearest = min(room, 0.0)  # m: the room to other robots, where it is less than it should be
         if guard.sees == 1:
@@ -224,12 +230,16 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
             v, w = tried(n, bound_v, bound_w, given, backwards, bars == BY_GROUND, backs)
             v, w = bounded_behind(given, v, w, last_v, last_w, period)
             if n == 0 or abs(v) + abs(w) * given.radius > ACTS:  # to stand is last
-                bars = _barrier(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest)
+                more = 0.0
+                if backs and n == 0:
+                    more = min(max(BACKS_MORE * (backed - BACKS_AT_FIRST), 0.0), BACKS_FOR * given.radius)
+                bars = _barrier(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest, more)
                 if bars == NO_BARRIER:
                     break
             n += 1
         if n == places:
             v, w = bounded_behind(given, 0.0, 0.0, last_v, last_w, period)
+    guard.backed[0, lane] = backed + period if v < 0 <= wish_v else max(backed - FORGETS * period, 0.0)
     if team:
         # Of two that block each other, the one with the lower number goes on wanting.
         gives_way = n > 0 and lane % robots > 0
@@ -386,18 +396,20 @@ def _turns_back(guard, lane, k, period, robot, half, order_v, order_w):  # type:
 
 
 @compiled_only
-def _barrier(guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest):  # type: ignore[no-untyped-def]
+def _barrier(guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, more):  # type: ignore[no-untyped-def]
     """What bars the foreseen way: the orders on their way, this one for a period, and a stop.
 
     Where a wheel turns back, what goes farthest one way is not what goes farthest the other way: all four ways between
     which the robot goes have to be clear.
     """
     if not _turns_back(guard, lane, k, period, robot, given.limit.half_axle, order_v, order_w):
-        return _way_barrier(guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, 0, 0)
+        return _way_barrier(
+            guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, more, 0, 0
+        )
     for right in range(-1, 2, 2):
         for left in range(-1, 2, 2):
             bars = _way_barrier(
-                guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, right, left
+                guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, more, right, left
             )
             if bars != NO_BARRIER:
                 return bars
@@ -406,7 +418,7 @@ def _barrier(guard, lane, k, period, robots, odometry, robot, given, order_v, or
 
 @compiled_only
 def _way_barrier(  # type: ignore[no-untyped-def]
-    guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, side_right, side_left
+    guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, more, side_right, side_left
 ):
     """The same of the way on which the wheels go farthest to these sides."""
     stop, half, held_v, held_w = given.stop, given.limit.half_axle, guard.held[0, lane], guard.held[1, lane]
@@ -445,7 +457,7 @@ def _way_barrier(  # type: ignore[no-untyped-def]
                 c, s = math.cos(now + turn), math.sin(now + turn)
                 if not is_clear(
                     guard.ground[lane], guard.window[lane], given, guard.barred, x, y, c, s, now_x, now_y, now_c, now_s,
-                    from_x, from_y, from_c, from_s, given.least + gone * off, time, period, k + 1,
+                    from_x, from_y, from_c, from_s, given.least + gone * off + more, time, period, k + 1,
                     ahead < 0, AWAY * swept if swift > AT_REST else 0.0,
                 ):  # fmt: skip
                     return BY_GROUND

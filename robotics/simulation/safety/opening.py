@@ -93,7 +93,7 @@ def no_guard(lanes: int, air: Any) -> MonitorLanes:
     return MonitorLanes(
         0, 0, 0.0, 0.0, 0.0, empty, np.zeros((0, 0, 0), dtype=np.int64), np.zeros((0, 2), dtype=np.int64),
         np.zeros((0, 0), dtype=np.int64), np.empty((0, 0)), none, none, none, none, np.zeros((2, 0)),
-        np.zeros(1, dtype=np.int64), np.zeros((0, 2, lanes)), empty, np.zeros((0, 0, lanes)), empty, air, none,
+        np.zeros(1, dtype=np.int64), np.zeros((0, 2, lanes)), empty, np.zeros((0, 0, lanes)), empty, air, empty, none,
     )  # fmt: skip
 
 
@@ -154,6 +154,7 @@ def opened_guard(
         promises,
         np.zeros((PostureMessage.size, lanes)),
         air,
+        np.zeros((1, lanes)),
         np.zeros(lanes, dtype=np.int64),
     )
 
