@@ -209,11 +209,7 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         backwards = max(backwards, slowest / given.overshoot)
         bound_v = min(max(wish_v, backwards), fastest / given.overshoot)
         bound_w = min(max(wish_w, -turn / given.overshoot), turn / given.overshoot)
-        body = given.half_length, given.half_width, given.radius
-        room = (
-            room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, body, 0.0, 1.0)
-            - _ROBOTS_APART * given.radius
-        )
+        room = _room_there(guard, lane, robots, given, robot.x, robot.y, robot.heading, 0.0)
     v, w, n, bars = bound_v, bound_w, 0, NO_BARRIER
     before = (k + len(guard.sent) - 1) % len(guard.sent)
     last_v, last_w = guard.sent[before, 0, lane], guard.sent[before, 1, lane]
@@ -246,6 +242,13 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         plan_v, plan_w = (v, w) if gives_way else (wish_v, wish_w)
         _make_promise(guard, lane, k, robots, robot, given, v, w, plan_v, plan_w, gives_way, fastest, slowest, turn)
     return v, w
+
+
+@compiled_only
+def _room_there(guard, lane, robots, given, x, y, heading, late):  # type: ignore[no-untyped-def]
+    """The room [m] that a body there has to where robots may be ``late`` [s] from now; below 0: less than it should."""
+    body = given.half_length, given.half_width, given.radius
+    return room_to_robots(guard, lane, robots, x, y, heading, body, late, 1.0) - _ROBOTS_APART * given.radius
 
 
 @compiled_only
@@ -463,12 +466,8 @@ def _way_barrier(  # type: ignore[no-untyped-def]
                     return BY_GROUND
                 from_x, from_y, from_c, from_s = x, y, c, s
             if guard.air.values > 0:
-                body = given.half_length, given.half_width, given.radius
                 x, y = robot.x + own_c * ahead - own_s * left, robot.y + own_s * ahead + own_c * left
-                free = (
-                    room_to_robots(guard, lane, robots, x, y, robot.heading + turn, body, time, 1.0)
-                    - _ROBOTS_APART * given.radius
-                )
+                free = _room_there(guard, lane, robots, given, x, y, robot.heading + turn, time)
                 # Where there is less room than there should be, it keeps what it has.
                 if free < (gone * off if nearest >= 0 else nearest - 1e-9) or free == -math.inf:
                     return BY_ROBOT
